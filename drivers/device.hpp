@@ -1,0 +1,65 @@
+// The device interface: bytes, pixels or a recording in, GazeSample out.
+//
+// A device is opened, polled by one thread, and closed. Losing it is a state that poll() reports, not an exit.
+// A new tracker is one folder, one row in device_table.cpp, one CMake line and one test (docs/writing_a_driver.md).
+//
+// Threads: all calls from the thread that polls, except wake(), which may come from any thread.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "protocol/clock.hpp"
+#include "protocol/error.hpp"
+#include "protocol/gaze_sample.hpp"
+
+namespace fovea::drivers {
+
+struct DeviceInfo {
+    std::string driver;       // the row in the table, e.g. "replay"
+    std::string name;         // for people, e.g. "EyeLink 1000, lookAtPoint S1"
+    std::string location;     // path, device node or bus address
+    double nominal_rate_hz = 0;   // 0: unknown or irregular
+    bool exact_exposure = false;  // exposure times come from the device itself, already on our clock (a recording)
+};
+
+enum class PollStatus : std::uint8_t {
+    sample,   // `out` holds a sample
+    nothing,  // the deadline passed, or wake() was called
+    lost,     // the device is gone or silent for good; open() may be tried again
+    ended,    // there will never be another sample (a recording has ended)
+};
+
+class Device {
+public:
+    virtual ~Device() = default;
+    [[nodiscard]] virtual DeviceInfo info() const = 0;
+    [[nodiscard]] virtual Result<void> open() = 0;
+    // Waits for the next sample until `deadline`. Steady loop: no allocation, no lock, no log.
+    [[nodiscard]] virtual PollStatus poll(GazeSample& out, Instant deadline) noexcept = 0;
+    // Makes a poll() that waits on another thread return `nothing` soon.
+    virtual void wake() noexcept = 0;
+    virtual void close() noexcept = 0;
+};
+
+// What the config file says under [source]; keys other than `driver` are the driver's own and are checked by it.
+struct DeviceSettings {
+    std::map<std::string, std::string> values;  // e.g. {"path", "x.csv"}, {"speed", "1"}
+    std::string where;                          // file:line of [source], for errors
+};
+
+// One row of the visible table.
+struct DeviceRow {
+    const char* driver;        // name in the config
+    const char* one_line;      // for `fovead --help` and `fovea devices`
+    std::function<Result<std::unique_ptr<Device>>(const DeviceSettings&, const TimeSource&)> create;
+};
+
+// The drivers that are built in. The recording player's row (replay/player_device.hpp) is added by the programs.
+[[nodiscard]] const std::vector<DeviceRow>& device_table();
+
+}  // namespace fovea::drivers
