@@ -27,7 +27,9 @@ function(fovea_library name)
   target_link_libraries(${name} PUBLIC fovea_options ${arg_LINK} PRIVATE ${arg_PRIVATE_LINK})
 endfunction()
 
-# fovea_test(NAME SOURCES a.cpp ... [LINK lib ...] [LABELS l ...]): one GoogleTest binary, its cases known to CTest.
+# fovea_test(NAME SOURCES a.cpp ... [LINK lib ...] [LABELS l ...] [TIMEOUT s]): one GoogleTest binary, its cases known
+# to CTest. LABELS asan and tsan: ./check also builds and runs it under that sanitizer (target fovea_asan_tests,
+# fovea_tsan_tests).
 function(fovea_test name)
   cmake_parse_arguments(arg "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
   if(NOT arg_TIMEOUT)
@@ -41,4 +43,12 @@ function(fovea_test name)
   include(GoogleTest)
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
     PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}")
+  foreach(sanitizer asan tsan)
+    if(sanitizer IN_LIST arg_LABELS)
+      if(NOT TARGET fovea_${sanitizer}_tests)
+        add_custom_target(fovea_${sanitizer}_tests)
+      endif()
+      add_dependencies(fovea_${sanitizer}_tests ${name})
+    endif()
+  endforeach()
 endfunction()
