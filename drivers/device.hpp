@@ -46,10 +46,25 @@ public:
     virtual void close() noexcept = 0;
 };
 
-// What the config file says under [source]; keys other than `driver` are the driver's own and are checked by it.
+// What the config file says under [source]; keys other than `driver` are the driver's own. The config reader knows their
+// names from the driver's row (an unknown key never gets here); their values are checked by the driver.
 struct DeviceSettings {
-    std::map<std::string, std::string> values;  // e.g. {"path", "x.csv"}, {"speed", "1"}
+    std::map<std::string, std::string> values;  // as text, e.g. {"path", "x.csv"}, {"speed", "1"}, {"loop", "true"}
     std::string where;                          // file:line of [source], for errors
+    std::map<std::string, std::string> where_of;  // file:line:column of each key's value
+
+    // Where the value of `key` stands, for an error about it.
+    [[nodiscard]] const std::string& where_is(const std::string& key) const {
+        const auto it = where_of.find(key);
+        return it == where_of.end() ? where : it->second;
+    }
+};
+
+// One key of a driver's own, as configs/fovead.toml and `fovead --print-config` show it.
+struct DeviceKey {
+    const char* name;           // with its unit at the end, e.g. "start_s"
+    const char* default_toml;   // as it would stand in the file, e.g. "0.0", "false", "\"\""
+    const char* doc;            // one line: what it is, unit and legal range, e.g. "where to begin; seconds, >= 0"
 };
 
 // One row of the visible table.
@@ -57,6 +72,7 @@ struct DeviceRow {
     const char* driver;        // name in the config
     const char* one_line;      // for `fovead --help` and `fovea devices`
     std::function<Result<std::unique_ptr<Device>>(const DeviceSettings&, const TimeSource&)> create;
+    std::vector<DeviceKey> keys = {};  // every key that the driver takes under [source]
 };
 
 // The drivers that are built in. The recording player's row (replay/player_device.hpp) is added by the programs.
