@@ -16,6 +16,7 @@ pkg_check_modules(egl REQUIRED IMPORTED_TARGET egl)
 
 if(FOVEA_TESTS)
   find_package(GTest REQUIRED)
+  find_package(rapidcheck REQUIRED)
 endif()
 if(FOVEA_BENCH)
   find_package(benchmark REQUIRED)

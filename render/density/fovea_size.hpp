@@ -1,0 +1,30 @@
+// From "the eye is this close to the point with that probability" to the parameters of a focal point.
+//
+// The region of full density has half-width sqrt(1 + area) / gain (NDC). Given the radius that it must have and the
+// gain that shapes the fall-off outside it, area = (gain * radius)^2 - 1.
+// Source: the density equation (density.hpp); default sizes from gaze_science: the fovea's rod-free zone plus the
+// parafovea spans about 5 degrees around the gaze.
+// Threads: pure functions. noexcept.
+#pragma once
+
+#include "render/density/density.hpp"
+
+namespace fovea::density {
+
+struct FoveaSizeSettings {
+    double base_radius_rad = 0.070;   // full resolution around a perfectly known gaze, 4 degrees
+    double uncertainty_gain = 1.0;    // times the 95 % radius of the prediction, added to it; 0 ignores it
+    double min_radius_rad = 0.070;    // bounds of the sum
+    double max_radius_rad = 0.44;     // 25 degrees: a gaze that is less certain than this is not known
+    double gain = 4.0;                // fall-off outside, 1/NDC along x at the middle of the view
+};
+
+// x_ndc, y_ndc: the focal point; ndc_per_rad_*: local scale there, > 0; radius95_rad >= 0. Values that cannot be (NaN,
+// scale <= 0) give full density everywhere, so that an unknown gaze is never shown as a small sharp spot.
+[[nodiscard]] FocalPoint sized_focal_point(const FoveaSizeSettings& settings, double x_ndc, double y_ndc,
+                                           double radius95_rad, double ndc_per_rad_x, double ndc_per_rad_y) noexcept;
+
+// The radius, radians, that sized_focal_point gives the region of full density.
+[[nodiscard]] double fovea_radius_rad(const FoveaSizeSettings& settings, double radius95_rad) noexcept;
+
+}  // namespace fovea::density

@@ -1,0 +1,213 @@
+#include "render/density/plan.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+namespace fovea::density {
+namespace {
+
+constexpr int kDefaultBins = 64;   // gles_findings: bins are free for level masks; 64x64 nears the continuous limit
+
+int ceil_shift(int value, int shift) noexcept { return (value + (1 << shift) - 1) >> shift; }
+
+// Bits, so that NaN equals itself and a repeated NaN does not replan for ever.
+bool same_bits(const FocalPoint& a, const FocalPoint& b) noexcept { return std::memcmp(&a, &b, sizeof a) == 0; }
+
+}  // namespace
+
+std::array<LevelScale, kMaxLevels> standard_levels(bool anisotropic) noexcept {
+    if (anisotropic) return {{{0, 0}, {1, 0}, {1, 1}, {2, 1}, {2, 2}, {3, 2}, {3, 3}, {3, 3}}};
+    return {{{0, 0}, {1, 1}, {2, 2}, {3, 3}, {3, 3}, {3, 3}, {3, 3}, {3, 3}}};
+}
+
+Result<Plan> Plan::create(const PlanSettings& wanted) {
+    PlanSettings s = wanted;
+    const auto bad = [](const std::string& what, const char* way_out) { return fail(what, "foveation plan", way_out); };
+    if (s.width_px < 1 || s.width_px > kMaxImagePx || s.height_px < 1 || s.height_px > kMaxImagePx)
+        return bad("image of " + std::to_string(s.width_px) + "x" + std::to_string(s.height_px) + " pixels",
+                   "each edge must be 1 to 16384");
+    if (s.level_count < 1 || s.level_count > kMaxLevels)
+        return bad(std::to_string(s.level_count) + " levels", "1 to 8 are possible");
+    if (s.bin_px != 0 && (s.bin_px < 4 || s.bin_px > 1024))
+        return bad("bins of " + std::to_string(s.bin_px) + " pixels", "0 (automatic) or 4 to 1024");
+    if (!(s.min_density >= 0 && s.min_density <= 1)) return bad("minimum density outside [0, 1]", "use 0 for none");
+    int max_shift = 0;
+    for (int i = 0; i < s.level_count; ++i) {
+        const LevelScale level = s.levels[static_cast<std::size_t>(i)];
+        if (level.x_shift > 3 || level.y_shift > 3) return bad("a level below 1/8", "shifts are 0 to 3");
+        if (i == 0 && level != LevelScale{}) return bad("level 0 is not full resolution", "its shifts must be 0");
+        if (i > 0) {
+            const LevelScale before = s.levels[static_cast<std::size_t>(i - 1)];
+            if (level.x_shift < before.x_shift || level.y_shift < before.y_shift || level == before)
+                return bad("levels that do not get coarser", "order them from fine to coarse");
+        }
+        max_shift = std::max({max_shift, static_cast<int>(level.x_shift), static_cast<int>(level.y_shift)});
+    }
+    if (s.bin_px == 0) s.bin_px = std::max(4, (std::max(s.width_px, s.height_px) + kDefaultBins - 1) / kDefaultBins);
+    s.bin_px = ceil_shift(s.bin_px, max_shift) << max_shift;
+
+    Plan plan;
+    plan.settings_ = s;
+    plan.columns_ = (s.width_px + s.bin_px - 1) / s.bin_px;
+    plan.rows_ = (s.height_px + s.bin_px - 1) / s.bin_px;
+    for (int i = 0; i < s.level_count; ++i) {
+        const LevelScale level = s.levels[static_cast<std::size_t>(i)];
+        const int shift = s.reading == Reading::area ? level.x_shift + level.y_shift
+                                                     : std::max(level.x_shift, level.y_shift);
+        const double density = std::ldexp(1.0, -shift);
+        plan.threshold_[static_cast<std::size_t>(i)] =
+            density >= s.min_density ? 1 / density : std::numeric_limits<double>::infinity();
+    }
+    const auto bins = static_cast<std::size_t>(plan.columns_) * static_cast<std::size_t>(plan.rows_);
+    plan.level_.assign(bins, 0);
+    plan.column_terms_.assign(static_cast<std::size_t>(plan.columns_) * kMaxFocalPoints, 0);
+    plan.rectangles_.resize(bins);
+    plan.open_.assign(static_cast<std::size_t>(plan.columns_), 0);
+    // The extension's default focal point: everything at full density.
+    plan.point_count_ = std::numeric_limits<std::size_t>::max();
+    const FocalPoint everywhere;
+    plan.update(std::span(&everywhere, 1));
+    plan.generation_ = 0;
+    return plan;
+}
+
+bool Plan::update(std::span<const FocalPoint> points) noexcept {
+    const bool too_many = points.size() > kMaxFocalPoints;
+    if (too_many) points = points.first(kMaxFocalPoints);
+    if (points.size() == point_count_ && too_many == too_many_points_ &&
+        std::equal(points.begin(), points.end(), points_.begin(), same_bits))
+        return false;
+    std::copy(points.begin(), points.end(), points_.begin());
+    point_count_ = points.size();
+    too_many_points_ = too_many;
+    choose_levels();
+    first_rectangle_[0] = 0;
+    for (int level = 0; level < settings_.level_count; ++level) {
+        merge_rectangles(level);
+        count_texels(level);
+    }
+    ++generation_;
+    return true;
+}
+
+void Plan::choose_levels() noexcept {
+    const double w = settings_.width_px, h = settings_.height_px;
+    for (std::size_t p = 0; p < point_count_; ++p)
+        for (int c = 0; c < columns_; ++c) {
+            const double lo = 2.0 * c * settings_.bin_px / w - 1;
+            const double hi = std::min(2.0 * (c + 1) * settings_.bin_px / w - 1, 1.0);
+            column_terms_[p * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(c)] =
+                nearest_term(lo, hi, points_[p].x_ndc, points_[p].gain_x);
+        }
+    std::size_t bin = 0;
+    for (int r = 0; r < rows_; ++r) {
+        const double lo = 2.0 * r * settings_.bin_px / h - 1;
+        const double hi = std::min(2.0 * (r + 1) * settings_.bin_px / h - 1, 1.0);
+        std::array<double, kMaxFocalPoints> row_terms{};
+        for (std::size_t p = 0; p < point_count_; ++p)
+            row_terms[p] = nearest_term(lo, hi, points_[p].y_ndc, points_[p].gain_y);
+        for (int c = 0; c < columns_; ++c, ++bin) {
+            double denominator = std::numeric_limits<double>::infinity();
+            for (std::size_t p = 0; p < point_count_; ++p)
+                denominator = std::min(
+                    denominator,
+                    denominator_bound(column_terms_[p * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(c)],
+                                      row_terms[p], points_[p].fovea_area));
+            if (too_many_points_) denominator = 1;
+            int level = settings_.level_count - 1;
+            while (level > 0 && !(denominator >= threshold_[static_cast<std::size_t>(level)] &&
+                                  threshold_[static_cast<std::size_t>(level)] < std::numeric_limits<double>::infinity()))
+                --level;
+            level_[bin] = static_cast<std::uint8_t>(level);
+        }
+    }
+}
+
+void Plan::merge_rectangles(int level) noexcept {
+    const auto index = static_cast<std::size_t>(level);
+    std::size_t count = first_rectangle_[index];
+    BinRect box{static_cast<std::uint16_t>(columns_), static_cast<std::uint16_t>(rows_), 0, 0};
+    std::fill(open_.begin(), open_.end(), 0u);
+    for (int r = 0; r < rows_; ++r) {
+        const std::uint8_t* row = level_.data() + static_cast<std::size_t>(r) * static_cast<std::size_t>(columns_);
+        for (int c = 0; c < columns_;) {
+            if (row[c] != level) {
+                open_[static_cast<std::size_t>(c++)] = 0;
+                continue;
+            }
+            const int start = c;
+            while (c < columns_ && row[c] == level) ++c;
+            std::uint32_t& open = open_[static_cast<std::size_t>(start)];
+            const auto y = static_cast<std::uint16_t>(r);
+            if (open != 0 && rectangles_[open - 1].x1 == c && rectangles_[open - 1].y1 == y) {
+                rectangles_[open - 1].y1 = static_cast<std::uint16_t>(y + 1);
+            } else {
+                rectangles_[count++] = {static_cast<std::uint16_t>(start), y, static_cast<std::uint16_t>(c),
+                                        static_cast<std::uint16_t>(y + 1)};
+                open = static_cast<std::uint32_t>(count);
+            }
+            for (int i = start + 1; i < c; ++i) open_[static_cast<std::size_t>(i)] = 0;
+            box.x0 = std::min(box.x0, static_cast<std::uint16_t>(start));
+            box.x1 = std::max(box.x1, static_cast<std::uint16_t>(c));
+            box.y0 = std::min(box.y0, y);
+            box.y1 = static_cast<std::uint16_t>(y + 1);
+        }
+    }
+    first_rectangle_[index + 1] = count;
+    bounds_[index] = box.empty() ? BinRect{} : box;
+}
+
+void Plan::count_texels(int level) noexcept {
+    const LevelScale scale = settings_.levels[static_cast<std::size_t>(level)];
+    const auto is = [&](int c, int r) {
+        return c >= 0 && r >= 0 && c < columns_ && r < rows_ && level_at(c, r) == level;
+    };
+    std::uint64_t inside = 0, guard = 0;
+    for (const BinRect& rect : rectangles(level)) {
+        const PixelRect p = pixels(rect);
+        inside += static_cast<std::uint64_t>(ceil_shift(p.x1, scale.x_shift) - (p.x0 >> scale.x_shift)) *
+                  static_cast<std::uint64_t>(ceil_shift(p.y1, scale.y_shift) - (p.y0 >> scale.y_shift));
+    }
+    const BinRect box = bounds(level);
+    if (level > 0 && !box.empty())
+        for (int r = std::max(0, box.y0 - 1); r < std::min(rows_, box.y1 + 1); ++r)
+            for (int c = std::max(0, box.x0 - 1); c < std::min(columns_, box.x1 + 1); ++c) {
+                if (is(c, r)) continue;
+                const int left = is(c - 1, r), right = is(c + 1, r), below = is(c, r - 1), above = is(c, r + 1);
+                const PixelRect p = pixels({static_cast<std::uint16_t>(c), static_cast<std::uint16_t>(r),
+                                            static_cast<std::uint16_t>(c + 1), static_cast<std::uint16_t>(r + 1)});
+                const int w = ceil_shift(p.x1, scale.x_shift) - (p.x0 >> scale.x_shift);
+                const int h = ceil_shift(p.y1, scale.y_shift) - (p.y0 >> scale.y_shift);
+                const int across = std::min(w, left + right), up = std::min(h, below + above);
+                int texels = across * h + up * w - across * up;
+                texels += !left && !below && is(c - 1, r - 1);
+                texels += !right && !below && is(c + 1, r - 1);
+                texels += !left && !above && is(c - 1, r + 1);
+                texels += !right && !above && is(c + 1, r + 1);
+                guard += static_cast<std::uint64_t>(std::min(texels, w * h));
+            }
+    texels_[static_cast<std::size_t>(level)] = inside;
+    guard_[static_cast<std::size_t>(level)] = guard;
+}
+
+std::span<const BinRect> Plan::rectangles(int level) const noexcept {
+    const auto i = static_cast<std::size_t>(level);
+    return std::span(rectangles_).subspan(first_rectangle_[i], first_rectangle_[i + 1] - first_rectangle_[i]);
+}
+
+PixelRect Plan::pixels(const BinRect& r) const noexcept {
+    return {r.x0 * settings_.bin_px, r.y0 * settings_.bin_px, std::min(r.x1 * settings_.bin_px, settings_.width_px),
+            std::min(r.y1 * settings_.bin_px, settings_.height_px)};
+}
+
+int Plan::level_width_px(int level) const noexcept {
+    return ceil_shift(settings_.width_px, settings_.levels[static_cast<std::size_t>(level)].x_shift);
+}
+
+int Plan::level_height_px(int level) const noexcept {
+    return ceil_shift(settings_.height_px, settings_.levels[static_cast<std::size_t>(level)].y_shift);
+}
+
+}  // namespace fovea::density
