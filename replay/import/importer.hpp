@@ -1,0 +1,44 @@
+// The visible table of recording formats. A new format is one file here, one row in importer_table.cpp, one test.
+//
+// An importer turns a file's units and frames into ours: directions in HeadFrame, int64 nanoseconds, millimetres.
+// What the file says is invalid stays in the recording as an invalid sample; nothing is dropped or repaired.
+// Errors: name the file, the line and the column (or byte), and the way out. No importer throws.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "replay/recording.hpp"
+
+namespace fovea::replay {
+
+struct ImportInput {
+    std::filesystem::path path;  // for messages, and for files beside it
+    std::string_view content;    // the whole file, unpacked if it was gzip; empty for importers with opens_file
+};
+
+struct Importer {
+    const char* name;
+    const char* one_line;
+    // Looks at the first bytes (up to kPrefixSize, unpacked) and says whether they are of this format.
+    bool (*recognise)(std::string_view prefix);
+    Result<Recording> (*read)(const ImportInput& input);
+    bool opens_file;  // reads `path` by itself (a database)
+};
+
+inline constexpr std::size_t kPrefixSize = 64 * 1024;
+
+// In the order in which they are tried.
+[[nodiscard]] const std::vector<Importer>& importers();
+
+// One per format; each lives in the .cpp of its name.
+[[nodiscard]] bool recognise_fovea_csv(std::string_view prefix);
+[[nodiscard]] Result<Recording> read_fovea_csv(const ImportInput& input);
+[[nodiscard]] bool recognise_numpy(std::string_view prefix);
+[[nodiscard]] Result<Recording> read_numpy(const ImportInput& input);
+[[nodiscard]] bool recognise_vive_sranipal(std::string_view prefix);
+[[nodiscard]] Result<Recording> read_vive_sranipal(const ImportInput& input);
+
+}  // namespace fovea::replay
