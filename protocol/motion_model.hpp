@@ -72,6 +72,7 @@ struct GazeEstimate {
     double radius68_rad = 0, radius95_rad = 0;
     GazeEvent event = GazeEvent::lost;
     double tracked = 0;   // 1: the prediction itself; 0: the static focal point; between: easing (loss_policy.hpp)
+    bool operator==(const GazeEstimate&) const = default;
 };
 
 // The prediction alone, no loss policy. Any t is legal: before `reference` the answer is that of `reference`.
