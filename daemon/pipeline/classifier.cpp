@@ -1,0 +1,123 @@
+#include "daemon/pipeline/classifier.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace fovea::pipeline {
+namespace {
+
+constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
+constexpr std::int64_t kFastWindow_ns = 6'000'000;       // longer smears the onset, shorter drowns it in noise
+constexpr std::int64_t kConfirm_ns = 1'500'000;          // a faster tracker must show a second sample above
+constexpr std::int64_t kLongestSaccade_ns = 150'000'000; // 40 degrees take 110 ms; what lasts longer is none
+constexpr double kLearn_s = 0.15;                        // of noise before the first saccade can be told from it
+constexpr double kPeakEnd = 0.12;                        // a saccade has ended at this share of its peak speed
+
+}  // namespace
+
+Classifier::Classifier(const ClassifierSettings& s) noexcept
+    : settings_{s},
+      pursuit_window_ns_{seconds(s.pursuit_window_ms * 1e-3).count()},
+      trail_{pursuit_window_ns_ / 24} {}
+
+void Classifier::reset() noexcept {
+    // The tracker's noise outlives a blink: only a new source starts it afresh, through a new classifier.
+    const double onset_noise = now_.noise_deg_s;
+    now_ = {};
+    now_.noise_deg_s = onset_noise;
+    trail_.clear();
+    above_ = 0;
+    any_ = false;
+}
+
+void Classifier::track_noise(double speed_deg_s, double dt_s) noexcept {
+    // A running median: up by a step when above, down when below. The step is a share of the estimate itself that
+    // starts large and settles at 1 % per 10 ms.
+    noise_age_s_ += dt_s;
+    if (noise_median_deg_s_ <= 0) noise_median_deg_s_ = std::clamp(speed_deg_s, 1.0, 300.0);
+    const double rate = std::clamp(0.2 / std::max(noise_age_s_, 1e-3), 1.0, 20.0);  // 1/s
+    const double step = std::min(0.25, rate * dt_s);
+    noise_median_deg_s_ *= speed_deg_s > noise_median_deg_s_ ? 1 + step : 1 - step;
+    noise_median_deg_s_ = std::clamp(noise_median_deg_s_, 0.1, 1000.0);
+    now_.noise_deg_s = noise_median_deg_s_;
+}
+
+void Classifier::update_slow(std::int64_t t_ns, Direction<HeadFrame> gaze) noexcept {
+    trail_.push(t_ns, gaze);
+    now_.slow_rad_s = {};
+    if (trail_.size() < 6) return;
+    // Two halves of the window must move, and move the same way.
+    const TangentBasis<HeadFrame> basis(gaze);
+    const Direction<HeadFrame> mid = trail_.at_or_before(t_ns - pursuit_window_ns_ / 2, gaze);
+    std::size_t old = 0;
+    while (old + 1 < trail_.size() && t_ns - trail_.time_ns(old) < pursuit_window_ns_) ++old;
+    const double span = static_cast<double>(t_ns - trail_.time_ns(old)) * 1e-9;
+    if (span < 0.6e-9 * static_cast<double>(pursuit_window_ns_)) return;
+    const Tangent first = nearby(basis, gaze, mid) - nearby(basis, gaze, trail_.direction(old));
+    const Tangent second = -1.0 * nearby(basis, gaze, mid);
+    const double lf = length(first), ls = length(second);
+    const double speed_deg_s = length(first + second) / span * kDegreesPerRadian;
+    if (speed_deg_s < settings_.pursuit_min_deg_s || lf < 1e-9 || ls < 1e-9) return;
+    const double agreement = (first.u * second.u + first.v * second.v) / (lf * ls);
+    if (agreement < 0.7 || std::min(lf, ls) < 0.3 * std::max(lf, ls)) return;
+    now_.slow_rad_s = (1 / span) * (first + second);
+}
+
+const Classified& Classifier::update(const History& raw) noexcept {
+    if (raw.size() == 0) return now_;
+    const std::int64_t t_ns = raw.time_ns(0);
+    const Direction<HeadFrame> gaze = raw.direction(0);
+    const double dt = any_ ? std::min(static_cast<double>(t_ns - last_ns_) * 1e-9, 0.1) : 0;
+    any_ = true;
+    last_ns_ = t_ns;
+    const Slope fast = raw.slope(kFastWindow_ns, 2);
+    now_.fast_rad_s = fast.velocity_rad_s;
+    if (fast.samples < 2) {
+        now_.event = GazeEvent::fixation;
+        return now_;
+    }
+    const double relative = length(fast.velocity_rad_s - now_.slow_rad_s) * kDegreesPerRadian;
+    const double threshold = std::max(settings_.min_onset_deg_s, settings_.noise_factor * noise_median_deg_s_);
+
+    // Saccades take a tenth of the time: they hardly move a median, so it may see them, and noise of any size is learned.
+    track_noise(relative, dt);
+    if (now_.event != GazeEvent::saccade) {
+        // After a landing the speed must first have come down, or a new saccade would begin in the tail of the old one.
+        armed_ = armed_ || relative < threshold || relative > 0.5 * now_.peak_deg_s;
+        if (relative > threshold && armed_ && noise_age_s_ > kLearn_s) {
+            if (above_++ == 0) above_since_ns_ = t_ns;
+        } else {
+            above_ = 0;
+        }
+        const bool confirmed = above_ >= 2 || (above_ == 1 && dt * 1e9 > static_cast<double>(kConfirm_ns));
+        if (confirmed) {
+            now_.event = GazeEvent::saccade;
+            // The slope over the window passes the threshold about half a window after the eye has left.
+            now_.onset_ns = above_since_ns_ - std::min<std::int64_t>(kFastWindow_ns / 2, seconds(fast.span_s / 2).count());
+            now_.start_dir_head = gaze;
+            for (std::size_t i = 0; i < raw.size(); ++i) {
+                now_.start_dir_head = raw.direction(i);
+                if (raw.time_ns(i) <= now_.onset_ns) break;
+            }
+            now_.peak_deg_s = relative;
+            now_.slow_rad_s = {};
+            trail_.clear();
+        } else if (above_ == 0) {
+            update_slow(t_ns, gaze);
+            now_.event = length(now_.slow_rad_s) > 0 ? GazeEvent::pursuit : GazeEvent::fixation;
+        }
+        return now_;
+    }
+
+    now_.peak_deg_s = std::max(now_.peak_deg_s, relative);
+    const double end = std::max(settings_.end_ratio * threshold, kPeakEnd * now_.peak_deg_s);
+    if (relative < end || t_ns - now_.onset_ns > kLongestSaccade_ns) {
+        now_.event = GazeEvent::fixation;
+        above_ = 0;
+        armed_ = false;
+    }
+    return now_;
+}
+
+}  // namespace fovea::pipeline

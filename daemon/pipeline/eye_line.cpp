@@ -1,0 +1,130 @@
+#include "daemon/pipeline/eye_line.hpp"
+
+#include <algorithm>
+#include <numbers>
+
+#include "daemon/pipeline/main_sequence.hpp"
+
+namespace fovea::pipeline {
+namespace {
+
+constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
+// After a gap this long nothing that was known of the motion still holds: at 40 ms an eye may have made a saccade.
+constexpr std::int64_t kForget_ns = 40'000'000;
+
+}  // namespace
+
+Result<EyeLine> EyeLine::create(const PipelineSettings& settings) {
+    auto filter = Filter::create(settings);
+    if (!filter) return std::unexpected(filter.error());
+    auto predictor = Predictor::create(settings.predictor);
+    if (!predictor) return std::unexpected(predictor.error());
+    return EyeLine(settings, *std::move(filter), *std::move(predictor));
+}
+
+EyeLine::EyeLine(const PipelineSettings& s, Filter filter, Predictor predictor) noexcept
+    : guard_before_ns_{seconds(s.blink.guard_before_ms * 1e-3).count()},
+      gate_{s.blink},
+      loss_{s.loss},
+      shown_{std::max<std::int64_t>(guard_before_ns_ / 16, 1'000'000)},
+      classifier_{s.classifier},
+      filter_{std::move(filter)},
+      predictor_{std::move(predictor)} {}
+
+void EyeLine::reset() noexcept {
+    validator_.reset();
+    gate_.reset();
+    loss_.reset();
+    forget_motion();
+    motion_ = {};
+}
+
+void EyeLine::forget_motion() noexcept {
+    raw_.clear();
+    shown_.clear();
+    classifier_.reset();
+    filter_.reset();
+    predictor_.reset();
+}
+
+Verdict EyeLine::update(Instant exposed, const EyeState& eye) noexcept {
+    const Validator::Checked checked = validator_.update(to_ns(exposed), eye);
+    if (checked.verdict == Verdict::duplicate || checked.verdict == Verdict::out_of_order) return checked.verdict;
+    const GateState before = gate_.state();
+    const GateState gate = gate_.update(to_ns(exposed), checked.verdict == Verdict::good, eye);
+    switch (gate) {
+        case GateState::open:
+            use(exposed, checked.gaze_dir_head);
+            break;
+        case GateState::drop_out:
+            loss_.invalid();
+            break;
+        case GateState::blink:
+            loss_.invalid();
+            if (before != gate) ++blinks_;
+            go_blind(GazeEvent::blink);
+            break;
+        case GateState::lost:
+            loss_.invalid();
+            if (before != gate) ++losses_;
+            go_blind(GazeEvent::lost);
+            break;
+    }
+    if (checked.verdict == Verdict::good && gate != GateState::open) return Verdict::invalid;
+    return checked.verdict;
+}
+
+void EyeLine::use(Instant exposed, Direction<HeadFrame> gaze_dir_head) noexcept {
+    const std::int64_t t = to_ns(exposed);
+    if (raw_.size() > 0 && t - raw_.time_ns(0) > kForget_ns) forget_motion();
+    raw_.push(t, gaze_dir_head);
+    const Classified& now = classifier_.update(raw_);
+    const Direction<HeadFrame> filtered = filter_.update(t, gaze_dir_head, now);
+    predictor_.update(raw_, now, filtered, displacements_);
+    shown_.push(t, filtered);
+
+    motion_.reference = exposed;
+    motion_.gaze_dir_head = filtered;
+    motion_.velocity_rad_s = transport(gaze_dir_head, filtered, now.fast_rad_s);
+    motion_.event = now.event;
+    for (std::size_t i = 0; i < displacements_.size(); ++i) {
+        const Radii r = uncertainty(now.event, i);
+        motion_.horizons[i] = {static_cast<float>(displacements_[i].u), static_cast<float>(displacements_[i].v),
+                               static_cast<float>(r.radius68_rad), static_cast<float>(r.radius95_rad)};
+    }
+    if (now.event == GazeEvent::saccade) fill_saccade(now, gaze_dir_head);
+    loss_.valid(exposed, filtered);
+    loss_.fill(motion_);
+}
+
+void EyeLine::fill_saccade(const Classified& now, Direction<HeadFrame> gaze) noexcept {
+    const Tangent travelled = log_map(now.start_dir_head, gaze);
+    const double length_deg = length(travelled) * kDegreesPerRadian;
+    const double amplitude_deg = std::clamp(std::max(length_deg, MainSequence::amplitude_deg(now.peak_deg_s)), 0.0,
+                                            std::max(length_deg, MainSequence::kLargest_deg));
+    motion_.saccade.onset = instant_from_ns(now.onset_ns);
+    motion_.saccade.duration = seconds(MainSequence::duration_s(amplitude_deg));
+    motion_.saccade.start_dir_head = now.start_dir_head;
+    motion_.saccade.landing_dir_head =
+        length_deg > 1e-6 ? exp_map(now.start_dir_head, (amplitude_deg / length_deg) * travelled) : gaze;
+}
+
+void EyeLine::go_blind(GazeEvent event) noexcept {
+    if (motion_.event == event || !motion_.ever_valid) {
+        motion_.event = event;
+        return;
+    }
+    // The lid drags the measured gaze along before the eye counts as closed: go back to before that.
+    if (motion_.event != GazeEvent::blink && motion_.event != GazeEvent::lost)
+        motion_.gaze_dir_head = shown_.at_or_before(to_ns(motion_.reference) - guard_before_ns_, motion_.gaze_dir_head);
+    forget_motion();
+    motion_.event = event;
+    motion_.velocity_rad_s = {};
+    for (std::size_t i = 0; i < kHorizons_ns.size(); ++i) {
+        const Radii r = uncertainty(event, i);
+        motion_.horizons[i] = {0, 0, static_cast<float>(r.radius68_rad), static_cast<float>(r.radius95_rad)};
+    }
+    loss_.hold(motion_.gaze_dir_head);
+}
+
+}  // namespace fovea::pipeline

@@ -1,0 +1,52 @@
+// One eye's way through all stages: checked sample in, EyeMotion out.
+//
+// The classifier reads the raw samples, not the filtered ones, so that no filter's lag delays an onset; filter and
+// predictor then know what the eye is doing.
+// Threads: one at a time; update() is noexcept and allocates nothing.
+#pragma once
+
+#include "daemon/pipeline/blink_gate.hpp"
+#include "daemon/pipeline/classifier.hpp"
+#include "daemon/pipeline/filter.hpp"
+#include "daemon/pipeline/history.hpp"
+#include "daemon/pipeline/loss_tracker.hpp"
+#include "daemon/pipeline/predictor.hpp"
+#include "daemon/pipeline/uncertainty.hpp"
+#include "daemon/pipeline/validate.hpp"
+
+namespace fovea::pipeline {
+
+class EyeLine {
+public:
+    [[nodiscard]] static Result<EyeLine> create(const PipelineSettings& settings);
+
+    // What became of the sample; `good` means that the motion below now includes it.
+    Verdict update(Instant exposed, const EyeState& eye) noexcept;
+    void reset() noexcept;
+
+    [[nodiscard]] const EyeMotion& motion() const noexcept { return motion_; }
+    [[nodiscard]] std::uint64_t blinks() const noexcept { return blinks_; }
+    [[nodiscard]] std::uint64_t losses() const noexcept { return losses_; }
+
+private:
+    EyeLine(const PipelineSettings& settings, Filter filter, Predictor predictor) noexcept;
+    void forget_motion() noexcept;
+    void use(Instant exposed, Direction<HeadFrame> gaze_dir_head) noexcept;
+    void go_blind(GazeEvent event) noexcept;
+    void fill_saccade(const Classified& now, Direction<HeadFrame> gaze) noexcept;
+
+    std::int64_t guard_before_ns_;
+    Validator validator_;
+    BlinkGate gate_;
+    LossTracker loss_;
+    History raw_;
+    Trail shown_;  // filtered gaze, for the guard before a blink
+    Classifier classifier_;
+    Filter filter_;
+    Predictor predictor_;
+    Displacements displacements_{};
+    EyeMotion motion_;
+    std::uint64_t blinks_ = 0, losses_ = 0;
+};
+
+}  // namespace fovea::pipeline

@@ -1,0 +1,71 @@
+#include "daemon/pipeline/pipeline.hpp"
+
+#include <optional>
+
+#include "daemon/pipeline/eye_line.hpp"
+#include "daemon/pipeline/settings_table.hpp"
+
+namespace fovea::pipeline {
+
+struct Pipeline::State {
+    std::array<std::optional<EyeLine>, kEyeCount> lines;  // left and right only when asked for
+    MotionModel model;
+    PipelineCounters counters;
+};
+
+Pipeline::Pipeline(std::unique_ptr<State> state) noexcept : state_{std::move(state)} {}
+Pipeline::Pipeline(Pipeline&&) noexcept = default;
+Pipeline& Pipeline::operator=(Pipeline&&) noexcept = default;
+Pipeline::~Pipeline() = default;
+
+Result<Pipeline> Pipeline::create(const PipelineSettings& settings) {
+    if (auto ok = check_settings(settings); !ok) return std::unexpected(ok.error());
+    auto state = std::make_unique<State>();
+    for (std::size_t i = 0; i < (settings.per_eye ? kEyeCount : 1); ++i) {
+        auto line = EyeLine::create(settings);
+        if (!line) return std::unexpected(line.error());
+        state->lines[i].emplace(*std::move(line));
+    }
+    return Pipeline(std::move(state));
+}
+
+const MotionModel& Pipeline::update(const GazeSample& sample) noexcept {
+    State& s = *state_;
+    PipelineCounters& n = s.counters;
+    ++n.samples;
+    EyeLine& both = *s.lines[0];
+    const Verdict verdict = both.update(sample.exposed, combined_eye(sample));
+    switch (verdict) {
+        case Verdict::good: break;
+        case Verdict::invalid: ++n.invalid; break;
+        case Verdict::not_finite: ++n.not_finite; break;
+        case Verdict::duplicate: ++n.duplicates; break;
+        case Verdict::out_of_order: ++n.out_of_order; break;
+    }
+    n.blinks = both.blinks();
+    n.losses = both.losses();
+    s.model.eyes[0] = both.motion();
+    for (std::size_t i = 1; i < kEyeCount; ++i) {
+        if (!s.lines[i]) continue;
+        s.lines[i]->update(sample.exposed, sample.eyes[i]);
+        s.model.eyes[i] = s.lines[i]->motion();
+        if (s.model.eyes[i].ever_valid) s.model.eyes_present |= static_cast<std::uint8_t>(1u << i);
+    }
+    if (verdict != Verdict::duplicate && verdict != Verdict::out_of_order) {
+        s.model.sample_id = sample.id;
+        s.model.exposed = sample.exposed;
+        s.model.received = sample.received;
+        s.model.exposed_estimated = sample.exposed_estimated;
+    }
+    return s.model;
+}
+
+void Pipeline::reset() noexcept {
+    for (auto& line : state_->lines)
+        if (line) line->reset();
+    state_->model = {};
+}
+
+const PipelineCounters& Pipeline::counters() const noexcept { return state_->counters; }
+
+}  // namespace fovea::pipeline
