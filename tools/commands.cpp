@@ -3,10 +3,12 @@
 namespace fovea::tools {
 
 void add_convert(CLI::App& app, int* exit_code);
+void add_replay(CLI::App& app, int* exit_code);
 void add_version(CLI::App& app, int* exit_code);
 
 const CommandRow kCommands[] = {
     {"convert", add_convert},
+    {"replay", add_replay},
     {"version", add_version},
 };
 const unsigned kCommandCount = sizeof kCommands / sizeof kCommands[0];

@@ -21,8 +21,7 @@ Classifier::Classifier(const ClassifierSettings& s) noexcept
       pursuit_window_ns_{seconds(s.pursuit_window_ms * 1e-3).count()},
       trail_{pursuit_window_ns_ / 24} {}
 
-void Classifier::reset() noexcept {
-    // The tracker's noise outlives a blink: only a new source starts it afresh, through a new classifier.
+void Classifier::forget_motion() noexcept {
     const double onset_noise = now_.noise_deg_s;
     now_ = {};
     now_.noise_deg_s = onset_noise;

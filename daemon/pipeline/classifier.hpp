@@ -33,7 +33,10 @@ public:
 
     // `raw` already holds the newest sample.
     const Classified& update(const History& raw) noexcept;
-    void reset() noexcept;
+    // After a gap: the motion is forgotten, the tracker's noise is not.
+    void forget_motion() noexcept;
+    // For a new source.
+    void reset() noexcept { *this = Classifier{ClassifierSettings{settings_}}; }
 
 private:
     void track_noise(double speed_deg_s, double dt_s) noexcept;

@@ -36,13 +36,14 @@ void EyeLine::reset() noexcept {
     gate_.reset();
     loss_.reset();
     forget_motion();
+    classifier_.reset();
     motion_ = {};
 }
 
 void EyeLine::forget_motion() noexcept {
     raw_.clear();
     shown_.clear();
-    classifier_.reset();
+    classifier_.forget_motion();
     filter_.reset();
     predictor_.reset();
 }
