@@ -45,7 +45,7 @@ struct FrameCounters {
 
 // Everything a frame report must satisfy, for a daemon that drains it at `now`. Pure.
 //   frame >= 1; view_count 1 to kMaxViews; pixels_full > 0 and pixels_shaded within 64 times it; fields of view valid;
-//   rotations of unit length within 1e-3; |center_ndc| <= 1; half sizes in (0, 1e4];
+//   rotations of unit length within 1e-3; |center_ndc| <= 4 (a region may be put beyond the edge); half sizes in (0, 1e4];
 //   submitted, gpu_done and photon within an hour before and ten seconds after `now`;
 //   latched <= submitted <= gpu_done; submitted <= photon; and where model_sequence > 0
 //   exposed <= received <= filtered <= published, exposed within an hour before latched, published <= latched.
