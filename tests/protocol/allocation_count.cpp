@@ -1,0 +1,31 @@
+#include "tests/protocol/allocation_count.hpp"
+
+#include <cstdlib>
+
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+namespace {
+thread_local std::size_t count = 0;
+}  // namespace
+
+// glibc's own, under the names that it keeps for those who wrap them. operator new and libfovea.so come here too.
+extern "C" {
+void* __libc_malloc(std::size_t bytes);
+void* __libc_calloc(std::size_t n, std::size_t bytes);
+void* __libc_realloc(void* old, std::size_t bytes);
+void* __libc_memalign(std::size_t alignment, std::size_t bytes);
+void* malloc(std::size_t bytes) { return ++count, __libc_malloc(bytes); }
+void* calloc(std::size_t n, std::size_t bytes) { return ++count, __libc_calloc(n, bytes); }
+void* realloc(void* old, std::size_t bytes) { return ++count, __libc_realloc(old, bytes); }
+void* aligned_alloc(std::size_t alignment, std::size_t bytes) { return ++count, __libc_memalign(alignment, bytes); }
+}
+
+namespace fovea::test {
+std::size_t allocations() noexcept { return count; }
+bool counts_allocations() noexcept { return true; }
+}  // namespace fovea::test
+#else
+namespace fovea::test {
+std::size_t allocations() noexcept { return 0; }
+bool counts_allocations() noexcept { return false; }
+}  // namespace fovea::test
+#endif
