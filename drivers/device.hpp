@@ -34,6 +34,16 @@ enum class PollStatus : std::uint8_t {
     ended,    // there will never be another sample (a recording has ended)
 };
 
+// Raised in the steady loop, read by `fovea status`; since the device was created.
+struct DeviceCounters {
+    std::uint64_t samples = 0;
+    std::uint64_t malformed = 0;       // reports, packets or frames that break the device's own format
+    std::uint64_t dropped = 0;         // gaps in the device's own sequence numbers, where it has them
+    std::uint64_t losses = 0;          // times that poll() said `lost`
+    std::uint64_t switches = 0;        // changes between devices, for a driver that has several
+    const char* last_loss = "";        // in words, e.g. "unplugged"; static text
+};
+
 class Device {
 public:
     virtual ~Device() = default;
@@ -44,6 +54,7 @@ public:
     // Makes a poll() that waits on another thread return `nothing` soon.
     virtual void wake() noexcept = 0;
     virtual void close() noexcept = 0;
+    [[nodiscard]] virtual DeviceCounters counters() const noexcept { return {}; }
 };
 
 // What the config file says under [source]; keys other than `driver` are the driver's own. The config reader knows their
@@ -67,12 +78,22 @@ struct DeviceKey {
     const char* doc;            // one line: what it is, unit and legal range, e.g. "where to begin; seconds, >= 0"
 };
 
+// One device that is plugged in, for `fovea devices`.
+struct FoundDevice {
+    std::string location;              // device node or bus address, as the driver's own key takes it
+    std::string name;
+    std::vector<std::string> facts;    // one line each: capabilities in words
+    std::string problem;               // why it cannot be used and the way out; empty when it can
+    std::string details;               // for --dump: descriptor, formats or endpoints in words; lines
+};
+
 // One row of the visible table.
 struct DeviceRow {
     const char* driver;        // name in the config
     const char* one_line;      // for `fovead --help` and `fovea devices`
     std::function<Result<std::unique_ptr<Device>>(const DeviceSettings&, const TimeSource&)> create;
     std::vector<DeviceKey> keys = {};  // every key that the driver takes under [source]
+    std::function<std::vector<FoundDevice>(bool with_details)> list = {};   // empty: nothing can be plugged in
 };
 
 // The drivers that are built in. The recording player's row (replay/player_device.hpp) is added by the programs.

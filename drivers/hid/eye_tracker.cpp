@@ -1,0 +1,433 @@
+#include "drivers/hid/eye_tracker.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "drivers/hid/usages.hpp"
+
+namespace fovea::drivers::hid {
+
+namespace {
+
+struct Point {
+    double x = 0, y = 0, z = 0;
+    [[nodiscard]] bool zero() const noexcept { return x == 0 && y == 0 && z == 0; }
+};
+
+// Three fields that form a point or a rotation; null where the device has none. Fields are owned by the descriptor.
+struct Triple {
+    const Field *x = nullptr, *y = nullptr, *z = nullptr;
+};
+
+// The value of a 64-bit or shorter counter, counted on over wraps.
+class WrappingCounter {
+public:
+    explicit WrappingCounter(std::uint32_t bits = 64) noexcept : bits_{bits} {}
+    std::int64_t extend(std::int64_t raw) noexcept {
+        if (bits_ >= 64) return raw;
+        const std::uint64_t mask = (std::uint64_t{1} << bits_) - 1;
+        if (!started_) {
+            total_ = static_cast<std::int64_t>(static_cast<std::uint64_t>(raw) & mask);
+            started_ = true;
+            return total_;
+        }
+        // The nearest value with these low bits: forward over a wrap, or a little back for a report out of order.
+        const std::uint64_t forward = (static_cast<std::uint64_t>(raw) - static_cast<std::uint64_t>(total_)) & mask;
+        const bool back = forward > mask / 2;
+        total_ = static_cast<std::int64_t>(static_cast<std::uint64_t>(total_) + forward - (back ? mask + 1 : 0));
+        return total_;
+    }
+
+private:
+    std::uint32_t bits_;
+    std::int64_t total_ = 0;
+    bool started_ = false;
+};
+
+// Exact for whole-nanosecond units; nothing when the time does not fit 64 bits of nanoseconds.
+std::optional<DeviceTime> to_device_time(std::int64_t ticks, double unit_s) noexcept {
+    const double unit_ns = unit_s * 1e9;
+    const double whole = std::nearbyint(unit_ns);
+    if (whole >= 1 && whole <= 1e9 && std::abs(unit_ns - whole) < 1e-6 * whole) {
+        std::int64_t ns = 0;
+        if (__builtin_mul_overflow(ticks, static_cast<std::int64_t>(whole), &ns)) return std::nullopt;
+        return DeviceTime{ns};
+    }
+    const long double ns = static_cast<long double>(ticks) * static_cast<long double>(unit_ns);
+    if (!(std::abs(ns) < 9.2e18L)) return std::nullopt;
+    return DeviceTime{static_cast<std::int64_t>(std::nearbyint(ns))};
+}
+
+Direction<HeadFrame> ray(Point from, Point to, bool& ok) noexcept {
+    // The screen's y points down and z towards the user; HeadFrame's y up and its +z backwards, which is the same way.
+    const auto d = Direction<HeadFrame>::from({to.x - from.x, from.y - to.y, to.z - from.z});
+    ok = d.has_value() && d->z < 0;
+    return ok ? *d : Direction<HeadFrame>{};
+}
+
+}  // namespace
+
+struct EyeTracker::State {
+    ReportDescriptor descriptor;
+    Quirks quirks;
+    ScreenSettings settings;
+    Capabilities capabilities;
+    std::vector<FeatureReport> features;
+
+    int tracker = -1;                  // the Eye Tracker application collection
+    std::uint8_t gaze_report = 0, status_report = 0;
+    bool has_status_report = false;
+    Triple gaze, left_eye, right_eye, head, head_rotation;
+    const Field *timestamp = nullptr, *status = nullptr;
+    const Report *gaze_format = nullptr, *status_format = nullptr;
+    WrappingCounter counter;
+    double width_m = 0, height_m = 0;  // of the screen; 0: not known
+
+    // The nearest enclosing collection's usage on the tracker's page that is one of the table's (0: none).
+    [[nodiscard]] std::uint16_t enclosing(int collection, std::uint16_t first, std::uint16_t last) const noexcept {
+        for (int c = collection; c >= 0; c = descriptor.collections[static_cast<std::size_t>(c)].parent) {
+            const Usage u = descriptor.collections[static_cast<std::size_t>(c)].usage;
+            if (u.page == kEyeTrackerPage && u.id >= first && u.id <= last) return u.id;
+        }
+        return 0;
+    }
+
+    [[nodiscard]] Triple* triple_for(std::uint16_t point) noexcept {
+        switch (point) {
+            case usage::kGazePoint: return &gaze;
+            case usage::kLeftEyePosition: return &left_eye;
+            case usage::kRightEyePosition: return &right_eye;
+            case usage::kHeadPosition: return &head;
+            case usage::kHeadDirection: return &head_rotation;
+            default: return nullptr;
+        }
+    }
+
+    void find_fields() {
+        for (const Field& f : descriptor.fields) {
+            if (f.constant || f.array || f.usage.page != kEyeTrackerPage || f.bit_size > 64) continue;
+            if (!descriptor.within(f.collection, tracker)) continue;
+            const std::uint16_t id = f.usage.id;
+            if (f.kind == ReportKind::input) {
+                if (id >= usage::kPositionX && id <= usage::kPositionZ) {
+                    if (Triple* t = triple_for(enclosing(f.collection, usage::kGazePoint, usage::kHeadPosition))) {
+                        const Field*& slot = id == usage::kPositionX ? t->x : id == usage::kPositionY ? t->y : t->z;
+                        if (slot == nullptr) slot = &f;
+                    }
+                } else if (id >= usage::kRotationX && id <= usage::kRotationZ) {
+                    const Field*& slot = id == usage::kRotationX   ? head_rotation.x
+                                         : id == usage::kRotationY ? head_rotation.y
+                                                                   : head_rotation.z;
+                    if (slot == nullptr) slot = &f;
+                } else if (id == usage::kSensorTimestamp && timestamp == nullptr) {
+                    timestamp = &f;
+                } else if (id == usage::kConfigurationStatus && status == nullptr) {
+                    status = &f;
+                }
+            }
+        }
+        // Parts that travel in another report than the gaze would mix two moments: they are not used.
+        if (gaze.x == nullptr) return;
+        const auto drop_foreign = [&](const Field*& f) {
+            if (f != nullptr && f->report_id != gaze.x->report_id) f = nullptr;
+        };
+        for (Triple* t : {&gaze, &left_eye, &right_eye, &head, &head_rotation}) {
+            drop_foreign(t->x);
+            drop_foreign(t->y);
+            drop_foreign(t->z);
+        }
+        drop_foreign(timestamp);
+        if (status != nullptr && status->report_id == gaze.x->report_id) has_status_report = false;
+        else has_status_report = status != nullptr;
+    }
+
+    [[nodiscard]] std::optional<std::int64_t> read(const Field* f, std::span<const std::uint8_t> payload) const noexcept {
+        if (f == nullptr) return std::nullopt;
+        const auto raw = raw_value(*f, payload);
+        if (!raw || (!quirks.ignore_logical_range && !in_logical_range(*f, *raw))) return std::nullopt;
+        return raw;
+    }
+
+    // Metres, or nothing. `screen_m`: what the whole logical range spans when the field names no unit (0: unknown).
+    [[nodiscard]] std::optional<double> metres(const Field* f, std::span<const std::uint8_t> payload,
+                                               double screen_m) const noexcept {
+        const auto raw = read(f, payload);
+        if (!raw) return std::nullopt;
+        if (quirks.length_unit_m) return static_cast<double>(*raw) * *quirks.length_unit_m;
+        const UnitMeaning unit = unit_meaning(f->unit, f->unit_exponent);
+        if (unit.quantity == Quantity::length) return physical_value(*f, *raw) * unit.to_si;
+        if (screen_m <= 0 || f->logical_max <= f->logical_min) return std::nullopt;
+        const auto low = static_cast<double>(f->logical_min);
+        return (static_cast<double>(*raw) - low) / (static_cast<double>(f->logical_max) - low) * screen_m;
+    }
+
+    [[nodiscard]] std::optional<Point> point(const Triple& t, std::span<const std::uint8_t> payload,
+                                             bool on_screen) const noexcept {
+        const auto x = metres(t.x, payload, on_screen ? width_m : 0), y = metres(t.y, payload, on_screen ? height_m : 0);
+        const auto z = t.z == nullptr ? std::optional<double>(0.0) : metres(t.z, payload, 0);
+        if (!x || !y || !z) return std::nullopt;
+        return Point{quirks.flip_x ? width_m - *x : *x, quirks.flip_y ? height_m - *y : *y, quirks.flip_z ? -*z : *z};
+    }
+
+    // A position in space needs all three coordinates; (0, 0, 0) lies on the glass and means "not seen".
+    [[nodiscard]] std::optional<Point> eye_position(const Triple& t, std::span<const std::uint8_t> payload) const noexcept {
+        if (t.x == nullptr || t.y == nullptr || t.z == nullptr) return std::nullopt;
+        const auto rx = raw_value(*t.x, payload), ry = raw_value(*t.y, payload), rz = raw_value(*t.z, payload);
+        if (rx == 0 && ry == 0 && rz == 0) return std::nullopt;
+        return point(t, payload, false);
+    }
+
+    void decode_head(std::span<const std::uint8_t> payload, GazeSample& out) const noexcept {
+        out.head = {};
+        const Triple& r = head_rotation;
+        if (r.x == nullptr || r.y == nullptr || r.z == nullptr) return;
+        double angle[3];
+        const Field* const fields[3] = {r.x, r.y, r.z};
+        for (int i = 0; i < 3; ++i) {
+            const auto raw = read(fields[i], payload);
+            const UnitMeaning unit = unit_meaning(fields[i]->unit, fields[i]->unit_exponent);
+            if (!raw || unit.quantity != Quantity::angle) return;
+            angle[i] = physical_value(*fields[i], *raw) * unit.to_si;
+        }
+        // Device axes to ours: y and z change sign with the turn of the y axis about x (x right, y down, z to the user).
+        const double hx = angle[0] / 2, hy = -angle[1] / 2, hz = -angle[2] / 2;
+        const double cx = std::cos(hx), sx = std::sin(hx), cy = std::cos(hy), sy = std::sin(hy), cz = std::cos(hz),
+                     sz = std::sin(hz);
+        // Turns about x, then y, then z, all about fixed axes.
+        out.head.world_from_head = {cz * cy * cx + sz * sy * sx, cz * cy * sx - sz * sy * cx,
+                                    cz * sy * cx + sz * cy * sx, sz * cy * cx - cz * sy * sx};
+        out.head.valid = true;
+    }
+
+    void decode_gaze(std::span<const std::uint8_t> payload, GazeSample& out) const noexcept {
+        for (EyeState& e : out.eyes) e = {};
+        const bool has_eyes = left_eye.x != nullptr || right_eye.x != nullptr;
+        const auto target = point(gaze, payload, true);
+        const auto left = eye_position(left_eye, payload), right = eye_position(right_eye, payload);
+        const bool gaze_zero = raw_value(*gaze.x, payload) == 0 && raw_value(*gaze.y, payload) == 0;
+        if (!target || (has_eyes && !left && !right) || (gaze_zero && !left && !right)) return;
+
+        Point origin;
+        if (left && right)
+            origin = {(left->x + right->x) / 2, (left->y + right->y) / 2, (left->z + right->z) / 2};
+        else if (left || right)
+            origin = left ? *left : *right;
+        else if (const auto h = eye_position(head, payload))
+            origin = *h;
+        else
+            origin = {width_m / 2, height_m / 2, settings.viewing_distance_m};
+        const auto fill = [&](Eye eye, const Point& from) {
+            EyeState& e = out.eye(eye);
+            e.gaze_dir_head = ray(from, *target, e.valid);
+        };
+        fill(Eye::combined, origin);
+        if (left) fill(Eye::left, *left);
+        if (right) fill(Eye::right, *right);
+    }
+
+    void set_screen() noexcept {
+        const auto pick = [](double a, double b, const std::optional<double>& c, double d) {
+            if (a > 0) return a;
+            if (b > 0) return b;
+            if (c && *c > 0) return *c;
+            return d > 0 ? d : 0.0;
+        };
+        const Capabilities& k = capabilities;
+        width_m = pick(settings.width_m, k.screen_width_m, quirks.screen_width_m, k.max_screen_width_m);
+        height_m = pick(settings.height_m, k.screen_height_m, quirks.screen_height_m, k.max_screen_height_m);
+    }
+
+    // One field of a feature or status report, by its usage.
+    void take_field(const Field& f, std::span<const std::uint8_t> payload) noexcept {
+        const auto raw = raw_value(f, payload);
+        if (!raw || f.constant || f.array || f.usage.page != kEyeTrackerPage) return;
+        const UnitMeaning unit = unit_meaning(f.unit, f.unit_exponent);
+        const double length = physical_value(f, *raw) * (quirks.length_unit_m ? *quirks.length_unit_m : unit.to_si);
+        const bool is_length = quirks.length_unit_m || unit.quantity == Quantity::length;
+        Capabilities& k = capabilities;
+        const auto put_length = [&](double& slot) {
+            if (is_length && length > 0 && length < 1000) slot = length;
+        };
+        switch (f.usage.id) {
+            case usage::kTrackerQuality: k.quality = static_cast<double>(*raw); break;
+            case usage::kMinDistance: put_length(k.min_distance_m); break;
+            case usage::kOptimumDistance: put_length(k.optimum_distance_m); break;
+            case usage::kMaxDistance: put_length(k.max_distance_m); break;
+            case usage::kMaxScreenWidth: put_length(k.max_screen_width_m); break;
+            case usage::kMaxScreenHeight: put_length(k.max_screen_height_m); break;
+            case usage::kScreenWidth: put_length(k.screen_width_m); break;
+            case usage::kScreenHeight: put_length(k.screen_height_m); break;
+            case usage::kSamplingFrequency: {
+                const double hz = physical_value(f, *raw) * unit.to_si;
+                if (hz > 0 && hz <= 100000) k.sampling_hz = hz;
+                break;
+            }
+            case usage::kConfigurationStatus:
+                k.status = *raw >= 1 && *raw <= 4 ? static_cast<ConfigurationStatus>(*raw) : ConfigurationStatus::unknown;
+                break;
+            default: break;
+        }
+    }
+
+    void take_report(ReportKind kind, std::uint8_t id, std::span<const std::uint8_t> payload) noexcept {
+        for (const Field& f : descriptor.fields)
+            if (f.kind == kind && f.report_id == id && descriptor.within(f.collection, tracker)) take_field(f, payload);
+    }
+};
+
+const char* to_string(ConfigurationStatus status) noexcept {
+    switch (status) {
+        case ConfigurationStatus::unknown: return "not told";
+        case ConfigurationStatus::ready: return "ready";
+        case ConfigurationStatus::configuring: return "configuring";
+        case ConfigurationStatus::screen_setup_needed: return "screen setup needed";
+        case ConfigurationStatus::user_calibration_needed: return "user calibration needed";
+    }
+    return "not told";
+}
+
+Result<EyeTracker> EyeTracker::create(std::span<const std::uint8_t> report_descriptor, const Quirks& quirks,
+                                      const ScreenSettings& screen) {
+    auto parsed = parse_report_descriptor(report_descriptor);
+    if (!parsed) return std::unexpected(parsed.error());
+    auto s = std::make_unique<State>();
+    s->descriptor = std::move(*parsed);
+    s->quirks = quirks;
+    s->settings = screen;
+    const ReportDescriptor& d = s->descriptor;
+    for (std::size_t c = 0; c < d.collections.size() && s->tracker < 0; ++c)
+        if (d.collections[c].usage == Usage{kEyeTrackerPage, usage::kEyeTracker} && d.collections[c].type == 1)
+            s->tracker = static_cast<int>(c);
+    if (s->tracker < 0)
+        return fail("the report descriptor has no Eye Tracker collection (usage page 0x12, usage 0x01)", {},
+                    "`fovea devices --dump` prints it in words");
+    s->find_fields();
+    if (s->gaze.x == nullptr || s->gaze.y == nullptr)
+        return fail("the eye tracker's reports carry no gaze point (usage 0x12:0x24 with positions X and Y)", {},
+                    "`fovea devices --dump` prints its report descriptor in words");
+
+    s->gaze_report = s->gaze.x->report_id;
+    s->gaze_format = d.find_report(ReportKind::input, s->gaze_report);
+    if (s->has_status_report) {
+        s->status_report = s->status->report_id;
+        s->status_format = d.find_report(ReportKind::input, s->status_report);
+    }
+    Capabilities& k = s->capabilities;
+    k.gaze = true;
+    k.eye_positions = s->left_eye.x != nullptr || s->right_eye.x != nullptr;
+    k.head_position = s->head.x != nullptr;
+    k.head_rotation = s->head_rotation.x != nullptr;
+    if (quirks.sampling_hz) k.sampling_hz = *quirks.sampling_hz;
+    if (s->timestamp != nullptr) {
+        const Field& t = *s->timestamp;
+        const UnitMeaning unit = unit_meaning(t.unit, t.unit_exponent);
+        k.timestamp = true;
+        k.timestamp_unit_s = quirks.timestamp_unit_s ? *quirks.timestamp_unit_s : unit.to_si;
+        if (!quirks.timestamp_unit_s && unit.quantity != Quantity::time) {
+            k.timestamp_unit_s = 1e-6;
+            k.timestamp_unit_assumed = true;
+        }
+        s->counter = WrappingCounter(t.bit_size);
+    }
+    for (const Report& r : d.reports) {
+        if (r.kind != ReportKind::feature || quirks.no_features) continue;
+        for (const Field& f : d.fields)
+            if (f.kind == r.kind && f.report_id == r.id && !f.constant && f.usage.page == kEyeTrackerPage &&
+                f.usage.id >= usage::kTrackerQuality && f.usage.id < usage::kModeRequest &&
+                d.within(f.collection, s->tracker)) {
+                s->features.push_back({r.id, r.bytes() + 1});
+                break;
+            }
+    }
+    s->set_screen();
+    return EyeTracker(std::move(s));
+}
+
+EyeTracker::EyeTracker(std::unique_ptr<State> state) noexcept : state_{std::move(state)} {}
+EyeTracker::EyeTracker(EyeTracker&&) noexcept = default;
+EyeTracker& EyeTracker::operator=(EyeTracker&&) noexcept = default;
+EyeTracker::~EyeTracker() = default;
+
+const std::vector<EyeTracker::FeatureReport>& EyeTracker::features_to_read() const noexcept { return state_->features; }
+const Capabilities& EyeTracker::capabilities() const noexcept { return state_->capabilities; }
+const ReportDescriptor& EyeTracker::descriptor() const noexcept { return state_->descriptor; }
+
+std::size_t EyeTracker::max_input_bytes() const noexcept {
+    std::size_t most = 0;
+    for (const Report& r : state_->descriptor.reports)
+        if (r.kind == ReportKind::input) most = std::max(most, r.bytes());
+    return most + (state_->descriptor.has_report_ids ? 1 : 0);
+}
+
+void EyeTracker::take_feature(std::span<const std::uint8_t> report) noexcept {
+    if (report.empty()) return;
+    state_->take_report(ReportKind::feature, report[0], report.subspan(1));
+    state_->set_screen();
+}
+
+Result<void> EyeTracker::check_geometry() const {
+    const State& s = *state_;
+    if (s.width_m > 0 && s.height_m > 0) return {};
+    const bool metric = s.quirks.length_unit_m ||
+                        unit_meaning(s.gaze.x->unit, s.gaze.x->unit_exponent).quantity == Quantity::length;
+    if (!metric)
+        return fail("the gaze point has no unit of length and the device tells no screen size", {},
+                    "set screen_width_m and screen_height_m under [source]");
+    if (!s.capabilities.eye_positions && !s.capabilities.head_position)
+        return fail("the device tells neither where the eyes are nor how large the screen is", {},
+                    "set screen_width_m and screen_height_m (and viewing_distance_m) under [source]");
+    return {};
+}
+
+std::vector<std::uint8_t> EyeTracker::mode_request() const {
+    const State& s = *state_;
+    if (!s.quirks.start_report.empty()) return s.quirks.start_report;
+    if (s.quirks.no_features) return {};
+    for (const Field& f : s.descriptor.fields) {
+        if (f.kind != ReportKind::feature || f.constant || f.usage != Usage{kEyeTrackerPage, usage::kModeRequest}) continue;
+        if (!s.descriptor.within(f.collection, s.tracker)) continue;
+        const Report* r = s.descriptor.find_report(f.kind, f.report_id);
+        std::vector<std::uint8_t> bytes(1 + (r ? r->bytes() : 0), 0);
+        bytes[0] = f.report_id;
+        const std::span<std::uint8_t> payload(bytes.data() + 1, bytes.size() - 1);
+        // One field with a bit per mode, or as many one-bit fields: gaze, eye position, head position.
+        if (f.bit_size >= 3) {
+            if (!put_raw_value(f, payload, 7)) return {};
+        } else {
+            for (std::uint32_t i = 0; i < f.count && i < 3; ++i) put_raw_value(f, payload, 1, i);
+        }
+        return bytes;
+    }
+    return {};
+}
+
+Decoded EyeTracker::decode(std::span<const std::uint8_t> report, GazeSample& out, bool& has_device_time) noexcept {
+    State& s = *state_;
+    has_device_time = false;
+    std::uint8_t id = 0;
+    auto payload = report;
+    if (s.descriptor.has_report_ids) {
+        if (report.empty()) return Decoded::malformed;
+        id = report[0];
+        payload = report.subspan(1);
+    }
+    if (s.has_status_report && id == s.status_report && id != s.gaze_report) {
+        if (payload.size() != s.status_format->bytes()) return Decoded::malformed;
+        s.take_report(ReportKind::input, id, payload);
+        return Decoded::status;
+    }
+    if (id != s.gaze_report) return Decoded::foreign;
+    if (payload.size() != s.gaze_format->bytes()) return Decoded::malformed;
+    s.decode_gaze(payload, out);
+    s.decode_head(payload, out);
+    if (s.timestamp != nullptr)
+        if (const auto raw = raw_value(*s.timestamp, payload))
+            if (const auto t = to_device_time(s.counter.extend(*raw), s.capabilities.timestamp_unit_s)) {
+                out.device_time = *t;
+                has_device_time = true;
+            }
+    if (s.status != nullptr && !s.has_status_report) s.take_field(*s.status, payload);
+    return Decoded::sample;
+}
+
+}  // namespace fovea::drivers::hid
