@@ -94,6 +94,7 @@ struct DeviceRow {
     std::function<Result<std::unique_ptr<Device>>(const DeviceSettings&, const TimeSource&)> create;
     std::vector<DeviceKey> keys = {};  // every key that the driver takes under [source]
     std::function<std::vector<FoundDevice>(bool with_details)> list = {};   // empty: nothing can be plugged in
+    bool may_come_later = true;        // hardware: a failed open() is tried again; false, a file: it is the user's error
 };
 
 // The drivers that are built in. The recording player's row (replay/player_device.hpp) is added by the programs.

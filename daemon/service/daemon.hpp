@@ -1,0 +1,58 @@
+// The daemon: publishers, source loop and servers, run by one io_context on the thread that calls run().
+//
+//   source thread    device -> pipeline -> focus region, ring of samples             (source_loop.hpp)
+//   service thread   sockets, heartbeat, the clients' frame reports -> ring of frames (this, client_server.hpp)
+//   recorder thread  both rings -> session file: a subscriber, started by main.cpp    (replay/recorder.hpp)
+//
+// Threads: create, run and the destructor on one thread; request_stop() from any.
+// Errors: create: sockets that cannot be made, settings that the pipeline refuses.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "daemon/service/config.hpp"
+#include "daemon/service/status.hpp"
+
+namespace fovea::service {
+
+// What the programs' wiring gives: how to make a device, and who records.
+struct DaemonParts {
+    Config config;
+    std::string focus_path, admin_path;                     // resolved
+    struct Source {
+        std::unique_ptr<drivers::Device> device;
+        bool may_come_later = true;                         // DeviceRow::may_come_later
+    };
+    std::function<Result<Source>(const Config&)> make_source;
+    std::function<Result<Config>()> read_config;            // for `reload`
+    std::function<void(const std::string& level)> set_log_level;
+    std::function<RecorderStatus()> recorder_status;        // from the service thread
+    std::function<void()> ready;                            // sockets listen and the source has been tried; once
+    bool exit_at_end = false;                               // a recording's end ends the daemon
+    Duration linger = std::chrono::seconds(2);              // ... after waiting this long for clients to leave
+};
+
+class Daemon {
+public:
+    enum class End : std::uint8_t { stopped, source_ended, source_failed };
+
+    [[nodiscard]] static Result<std::unique_ptr<Daemon>> create(DaemonParts parts, const TimeSource& time);
+    ~Daemon();   // removes the sockets
+
+    // Until SIGINT, SIGTERM, an administrator's stop, or the end of the source. On return the source is closed and the
+    // clients' last reports are in the ring; a recorder can now finish.
+    [[nodiscard]] End run();
+    void request_stop() noexcept;
+
+    [[nodiscard]] int samples_fd() const noexcept;          // for the recorder, which maps it like any subscriber
+    [[nodiscard]] const Error& source_error() const noexcept;   // after End::source_failed
+
+private:
+    struct State;
+    explicit Daemon(std::unique_ptr<State> state);
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace fovea::service

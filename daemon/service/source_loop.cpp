@@ -1,0 +1,183 @@
+#include "daemon/service/source_loop.hpp"
+
+#include <pthread.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace fovea::service {
+namespace {
+
+// How long one poll may wait. wake() ends it early; this only bounds a wake-up that came just before the wait.
+constexpr Duration kPollAtMost = std::chrono::milliseconds(500);
+
+}  // namespace
+
+const char* to_string(SourceState state) noexcept {
+    switch (state) {
+        case SourceState::waiting: return "waiting";
+        case SourceState::opening: return "opening";
+        case SourceState::running: return "running";
+        case SourceState::lost: return "lost";
+        case SourceState::ended: return "ended";
+        case SourceState::failed: return "failed";
+    }
+    return "unknown";
+}
+
+SourceLoop::SourceLoop(std::unique_ptr<drivers::Device> device, bool may_come_later, pipeline::Pipeline pipeline,
+                       Outputs outputs, const TimeSource& time, std::function<void()> state_changed, Published before)
+    : device_{std::move(device)},
+      may_come_later_{may_come_later},
+      pipeline_{std::move(pipeline)},
+      outputs_{outputs},
+      time_{time},
+      state_changed_{std::move(state_changed)},
+      sequence_{before.models},
+      newest_id_{before.sample_ids},
+      info_{device_->info()} {
+    live_.published.store(before.models, std::memory_order_relaxed);
+}
+
+SourceLoop::~SourceLoop() {
+    stop();
+    delete incoming_.load(std::memory_order_acquire);
+    delete retired_.load(std::memory_order_acquire);
+}
+
+void SourceLoop::begin() {
+    FOVEA_REQUIRE(!thread_.joinable());
+    thread_ = std::thread([this] {
+        pthread_setname_np(pthread_self(), "fovead-source");
+        run();
+    });
+}
+
+void SourceLoop::stop() noexcept {
+    {
+        const std::lock_guard lock(mutex_);
+        stopping_.store(true, std::memory_order_release);
+    }
+    wake_.notify_all();
+    if (!thread_.joinable()) return;
+    device_->wake();
+    thread_.join();
+}
+
+void SourceLoop::set_pipeline(pipeline::Pipeline pipeline) {
+    delete retired_.exchange(nullptr, std::memory_order_acquire);  // acquire: the loop is done with it
+    // release: the loop sees a whole pipeline; acquire: one that it never took is ours again
+    delete incoming_.exchange(new pipeline::Pipeline(std::move(pipeline)), std::memory_order_acq_rel);
+}
+
+SourceStatus SourceLoop::status() const {
+    constexpr auto relaxed = std::memory_order_relaxed;
+    SourceStatus s;
+    s.published = live_.published.load(relaxed);
+    s.newest_received_ns = live_.newest_received_ns.load(relaxed);
+    s.pipeline = {.samples = live_.samples.load(relaxed),
+                  .invalid = live_.invalid.load(relaxed),
+                  .not_finite = live_.not_finite.load(relaxed),
+                  .duplicates = live_.duplicates.load(relaxed),
+                  .out_of_order = live_.out_of_order.load(relaxed),
+                  .blinks = live_.blinks.load(relaxed),
+                  .losses = live_.losses.load(relaxed)};
+    const std::lock_guard lock(mutex_);
+    s.state = state_;
+    s.error = error_;
+    s.device = info_;
+    s.opens = opens_;
+    s.losses = losses_;
+    return s;
+}
+
+Published SourceLoop::published() const noexcept { return {sequence_, newest_id_}; }
+
+void SourceLoop::enter(SourceState state, Error error) {
+    {
+        const std::lock_guard lock(mutex_);
+        state_ = state;
+        error_ = std::move(error);
+        if (state == SourceState::running) ++opens_;
+        if (state == SourceState::lost) ++losses_;
+        if (state == SourceState::running) info_ = device_->info();
+    }
+    state_changed_();
+}
+
+bool SourceLoop::sleep(Duration pause) {
+    std::unique_lock lock(mutex_);
+    return !wake_.wait_for(lock, pause, [this] { return stopping_.load(std::memory_order_acquire); });
+}
+
+void SourceLoop::run() {
+    Duration retry = kFirstRetry;
+    for (;;) {
+        enter(SourceState::opening);
+        if (Result<void> opened = device_->open(); !opened) {
+            if (!may_come_later_) return enter(SourceState::failed, std::move(opened.error()));
+            enter(SourceState::lost, std::move(opened.error()));
+        } else {
+            id_base_ = newest_id_;
+            pipeline_.reset();
+            enter(SourceState::running);
+            const std::uint64_t before = sequence_;
+            const Left left = steady();
+            device_->close();
+            if (left == Left::stopped) return;
+            if (left == Left::ended) return enter(SourceState::ended);
+            if (sequence_ != before) retry = kFirstRetry;  // it did work: try again soon
+            enter(SourceState::lost, Error{"the device is gone or silent", info_.location, "it is opened again when it is back"});
+        }
+        if (!sleep(retry)) return;
+        retry = std::min(2 * retry, kLastRetry);
+    }
+}
+
+SourceLoop::Left SourceLoop::steady() noexcept {
+    GazeSample sample;
+    while (!stopping_.load(std::memory_order_acquire)) {
+        const drivers::PollStatus polled = device_->poll(sample, time_.now() + kPollAtMost);
+        if (incoming_.load(std::memory_order_relaxed) != nullptr && retired_.load(std::memory_order_relaxed) == nullptr) {
+            // acquire: pairs with set_pipeline(); release: the owner may free what it finds in retired_ (which is empty
+            // here, so that nothing that it has yet to free is lost)
+            if (pipeline::Pipeline* next = incoming_.exchange(nullptr, std::memory_order_acquire)) {
+                std::swap(pipeline_, *next);
+                retired_.store(next, std::memory_order_release);
+            }
+        }
+        switch (polled) {
+            case drivers::PollStatus::sample: publish(sample); break;
+            case drivers::PollStatus::nothing: break;
+            case drivers::PollStatus::lost: return Left::lost;
+            case drivers::PollStatus::ended: return Left::ended;
+        }
+    }
+    return Left::stopped;
+}
+
+void SourceLoop::publish(const GazeSample& polled) noexcept {
+    GazeSample sample = polled;
+    sample.id += id_base_;  // a device counts from 1 after each open(); in a recording of this daemon ids are unique
+    model_ = pipeline_.update(sample);
+    model_.sequence = ++sequence_;
+    model_.filtered = time_.now();
+    newest_id_ = sample.id;
+    model_.published = time_.now();
+    outputs_.focus.publish(model_);
+    outputs_.samples.publish_sample(sample, model_);
+
+    constexpr auto relaxed = std::memory_order_relaxed;
+    const pipeline::PipelineCounters& c = pipeline_.counters();
+    live_.published.store(sequence_, relaxed);
+    live_.newest_received_ns.store(to_ns(sample.received), relaxed);
+    live_.samples.store(c.samples, relaxed);
+    live_.invalid.store(c.invalid, relaxed);
+    live_.not_finite.store(c.not_finite, relaxed);
+    live_.duplicates.store(c.duplicates, relaxed);
+    live_.out_of_order.store(c.out_of_order, relaxed);
+    live_.blinks.store(c.blinks, relaxed);
+    live_.losses.store(c.losses, relaxed);
+}
+
+}  // namespace fovea::service
