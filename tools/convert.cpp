@@ -6,6 +6,7 @@
 #include "replay/import/fovea_csv.hpp"
 #include "replay/import/importer.hpp"
 #include "replay/recording.hpp"
+#include "replay/session_file.hpp"
 #include "tools/commands.hpp"
 
 namespace fovea::tools {
@@ -36,7 +37,8 @@ void print_list(bool json) {
 Result<void> write(const ConvertOptions& o, const replay::Recording& recording) {
     const std::string extension = std::filesystem::path(o.out).extension();
     if (extension == ".csv") return replay::write_csv(o.out, recording, {o.degree_decimals, o.force});
-    return fail("the extension '" + extension + "' is not known", o.out, "end the name in .csv");
+    if (extension == ".fovea") return replay::write_session(o.out, recording, o.force);
+    return fail("the extension '" + extension + "' is not known", o.out, "end the name in .fovea (session) or .csv");
 }
 
 void print_summary(const ConvertOptions& o, const replay::Recording& recording) {
@@ -87,9 +89,9 @@ int run(const ConvertOptions& o) {
 
 void add_convert(CLI::App& app, int* exit_code) {
     auto o = std::make_shared<ConvertOptions>();
-    auto* c = app.add_subcommand("convert", "Convert a gaze recording into Fovea's own CSV");
+    auto* c = app.add_subcommand("convert", "Convert a gaze recording into a session or CSV");
     c->add_option("in", o->in, "The recording; its format is recognised from the content");
-    c->add_option("out", o->out, "What to write; .csv is Fovea's own CSV");
+    c->add_option("out", o->out, "What to write: .fovea is a session, .csv Fovea's own CSV");
     c->add_flag("--list", o->list, "Print the formats that can be read, and end");
     c->add_option("--from", o->from, "Read as this format (a name of --list) instead of recognising it");
     c->add_option("--start", o->start_s, "Leave out this much of the beginning, seconds")->check(CLI::Range(0.0, 1e9));
@@ -104,7 +106,8 @@ void add_convert(CLI::App& app, int* exit_code) {
     c->add_flag("--json", o->json, "Print the summary (or the list) as JSON");
     c->footer(
         "Examples:\n"
-        "  fovea convert gaze.npy gaze.csv\n"
+        "  fovea convert gaze.npy gaze.fovea\n"
+        "  fovea convert session.fovea gaze.csv --start 10 --duration 5\n"
         "  fovea convert --list\n"
         "Exit codes: 0 written, 1 cannot write, 2 wrong usage, 3 the input is missing, torn or of no known format.");
     c->callback([o, exit_code] { *exit_code = run(*o); });

@@ -191,6 +191,14 @@ Result<Preamble> read_preamble(const std::filesystem::path& path, std::string_vi
     return p;
 }
 
+// Exactly the default, bit for bit: such a value needs no cells.
+bool is_default(const Direction<HeadFrame>& d) {
+    return d == Direction<HeadFrame>{} && !std::signbit(d.x) && !std::signbit(d.y);
+}
+bool is_default(const Rotation<WorldFrame, HeadFrame>& q) {
+    return q == Rotation<WorldFrame, HeadFrame>{} && !std::signbit(q.x) && !std::signbit(q.y) && !std::signbit(q.z);
+}
+
 // Appends text; every number in the shortest form that reads back as the same bits.
 class Text {
 public:
@@ -242,9 +250,9 @@ Needed needed_columns(const Recording& recording) {
         n.received |= s.received != s.exposed;
         n.estimated |= s.exposed_estimated;
         n.label |= r.label != Label::none;
-        n.head |= s.head.valid || s.head.world_from_head != Rotation<WorldFrame, HeadFrame>{};
+        n.head |= s.head.valid || !is_default(s.head.world_from_head);
         for (std::size_t e = 0; e < kEyeCount; ++e) {
-            n.eyes[e].any |= s.eyes[e].valid || s.eyes[e].gaze_dir_head != Direction<HeadFrame>{};
+            n.eyes[e].any |= s.eyes[e].valid || !is_default(s.eyes[e].gaze_dir_head);
             n.eyes[e].openness |= !std::isnan(s.eyes[e].openness);
             n.eyes[e].pupil |= !std::isnan(s.eyes[e].pupil_mm);
             n.eyes[e].confidence |= !std::isnan(s.eyes[e].confidence);
@@ -286,7 +294,7 @@ void write_header(Text& t, const Recording& recording, const Needed& n, bool deg
 
 void write_eye(Text& t, const EyeState& eye, const Needed::Eye& n, int decimals) {
     if (n.any && decimals < 0) {
-        const bool blank = !eye.valid && eye.gaze_dir_head == Direction<HeadFrame>{};
+        const bool blank = !eye.valid && is_default(eye.gaze_dir_head);
         for (const double v : {eye.gaze_dir_head.x, eye.gaze_dir_head.y, eye.gaze_dir_head.z}) {
             t.next();
             if (!blank) t.coordinate(v);
@@ -398,7 +406,7 @@ std::string to_csv(const Recording& recording, const CsvOptions& options) {
         if (n.head) {
             t.out += s.head.valid ? ",1" : ",0";
             const auto& q = s.head.world_from_head;
-            const bool blank = !s.head.valid && q == Rotation<WorldFrame, HeadFrame>{};
+            const bool blank = !s.head.valid && is_default(q);
             for (const double v : {q.w, q.x, q.y, q.z}) {
                 t.next();
                 if (!blank) t.coordinate(v);

@@ -33,7 +33,9 @@ inline constexpr std::size_t kPrefixSize = 64 * 1024;
 // In the order in which they are tried.
 [[nodiscard]] const std::vector<Importer>& importers();
 
-// One per format; each lives in the .cpp of its name.
+// One per format; each lives in the .cpp of its name (the session's in session_reader.cpp).
+[[nodiscard]] bool recognise_session(std::string_view prefix);
+[[nodiscard]] Result<Recording> read_session(const ImportInput& input);
 [[nodiscard]] bool recognise_fovea_csv(std::string_view prefix);
 [[nodiscard]] Result<Recording> read_fovea_csv(const ImportInput& input);
 [[nodiscard]] bool recognise_numpy(std::string_view prefix);

@@ -4,6 +4,7 @@ namespace fovea::replay {
 
 const std::vector<Importer>& importers() {
     static const std::vector<Importer> table = {
+        {"session", "Fovea's session file, .fovea (docs/session_file.md)", recognise_session, read_session, true},
         {"fovea_csv", "Fovea's own CSV (docs/recording_csv.md)", recognise_fovea_csv, read_fovea_csv, false},
         {"numpy", "NumPy .npy, structured array t, x, y, status, evt in degrees (irf lookAtPoint_EL)", recognise_numpy,
          read_numpy, false},
