@@ -13,6 +13,7 @@ namespace {
 static_assert(kFrameTimingWords <= kFrameSlotWords);
 
 constexpr Duration kOldest = std::chrono::hours(1);
+constexpr Duration kLongestLoss = std::chrono::hours(24 * 366);   // a frame may use a sample from before a long loss
 constexpr Duration kFarthestAhead = std::chrono::seconds(10);
 constexpr std::uint64_t kMostOverdraw = 64;         // a method that shades more than this often each pixel is a bug
 constexpr std::uint64_t kMostPixels = 1ull << 40;   // 4 views of 500,000 x 500,000
@@ -49,8 +50,7 @@ FrameFault check(const FrameTiming& t, Instant now) noexcept {
         return FrameFault::instants;
     if (t.model_sequence > 0 &&
         (!ordered(t.exposed, t.received, kOldest) || !ordered(t.received, t.filtered, kOldest) ||
-         !ordered(t.filtered, t.published, kOldest) || !ordered(t.published, t.latched, kOldest) ||
-         !ordered(t.exposed, t.latched, kOldest)))
+         !ordered(t.filtered, t.published, kOldest) || !ordered(t.published, t.latched, kLongestLoss)))
         return FrameFault::instants;
     return FrameFault::none;
 }

@@ -48,7 +48,7 @@ struct FrameCounters {
 //   rotations of unit length within 1e-3; |center_ndc| <= 4 (a region may be put beyond the edge); half sizes in (0, 1e4];
 //   submitted, gpu_done and photon within an hour before and ten seconds after `now`;
 //   latched <= submitted <= gpu_done; submitted <= photon; and where model_sequence > 0
-//   exposed <= received <= filtered <= published, exposed within an hour before latched, published <= latched.
+//   exposed <= received <= filtered <= published (an hour each at most) <= latched (a year at most: after a loss).
 enum class FrameFault : std::uint8_t { none, values, instants };
 [[nodiscard]] FrameFault check(const FrameTiming& timing, Instant now) noexcept;
 
