@@ -1,0 +1,84 @@
+// A foveation method: takes recorded draws and the latched focal points, and leaves finished pictures in the app's
+// framebuffers.
+//
+//   prepare (sizes changed)      submit, every frame, after the latch:
+//     allocate its targets         plan -> patch -> issue the recorded draws per level or view -> resolve
+//
+// Every method is fed by the same focus and reports what it shaded. Choose one by name with create_method().
+// Threads: the context's.
+// Errors: create and prepare say what the driver refused; submit cannot fail: a method whose targets could not be had
+// draws in full instead, and says so in FrameCost::fell_back.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string_view>
+
+#include "protocol/error.hpp"
+#include "render/density/plan.hpp"
+#include "render/gl/command_list.hpp"
+
+namespace fovea::foveation {
+
+// Where one view is wanted: a rectangle of a framebuffer that has colour, depth and 8 bits of stencil. Two views may
+// share a framebuffer (double-wide).
+struct ViewTarget {
+    gl::Name framebuffer = 0;
+    int x_px = 0, y_px = 0, width_px = 0, height_px = 0;
+    bool operator==(const ViewTarget&) const = default;
+};
+
+// The latched focal points of one view, in the NDC of that view.
+struct ViewFocus {
+    std::array<density::FocalPoint, density::kMaxFocalPoints> points{};
+    std::size_t count = 0;
+    [[nodiscard]] std::span<const density::FocalPoint> all() const noexcept { return std::span(points).first(count); }
+};
+
+struct FrameCost {
+    std::uint64_t pixels_shaded = 0;   // texels in the method's masks, guard rings included; overdraw is not in it
+    std::uint64_t pixels_full = 0;     // the views' pixels
+    std::uint32_t submissions = 0;     // how often the list of draws was issued
+    std::uint32_t draws = 0;           // draws issued, all submissions
+    bool fell_back = false;            // drawn in full because a target could not be had
+};
+
+struct MethodSettings {
+    // Bins, levels, reading and minimum density; the size comes from the targets. scaled_bins.
+    density::PlanSettings plan;
+    gl::ColorFormat format = gl::ColorFormat::rgba8;   // of the method's own targets; that of the app's attachment
+    gl::Filter filter = gl::Filter::linear;            // of the resolve
+    bool count_fragments = false;   // debug: let counted_fragments() return what was really shaded, overdraw included
+};
+
+class Method {
+public:
+    virtual ~Method() = default;
+    [[nodiscard]] virtual std::string_view name() const noexcept = 0;
+    // True if the region of full density is bit-identical to a full render.
+    [[nodiscard]] virtual bool exact_fovea() const noexcept = 0;
+    // Cheap when the targets are those of the last call.
+    [[nodiscard]] virtual Result<void> prepare(std::span<const ViewTarget> targets) = 0;
+    // targets: those prepared; focus: one per target. noexcept, no allocation. Flushes nothing.
+    virtual FrameCost submit(const gl::CommandList& draws, std::span<const ViewTarget> targets,
+                             std::span<const ViewFocus> focus) noexcept = 0;
+    // What the last submit planned for a view; null for methods without bins.
+    [[nodiscard]] virtual const density::Plan* plan(std::size_t view) const noexcept = 0;
+    // Fragments of the last submit, by the GPU's own count; waits for it. 0 unless count_fragments was set.
+    [[nodiscard]] virtual std::uint64_t counted_fragments() = 0;
+};
+
+// One row of the table of methods.
+struct MethodEntry {
+    const char* name;
+    const char* summary;
+    Result<std::unique_ptr<Method>> (*create)(const MethodSettings& settings);
+};
+[[nodiscard]] std::span<const MethodEntry> methods() noexcept;
+
+// Errors: an unknown name lists the known ones; shaders that do not compile; settings that cannot be.
+[[nodiscard]] Result<std::unique_ptr<Method>> create_method(std::string_view name, const MethodSettings& settings);
+
+}  // namespace fovea::foveation

@@ -1,0 +1,30 @@
+#include <array>
+#include <string>
+
+#include "render/foveation/full.hpp"
+#include "render/foveation/method.hpp"
+#include "render/foveation/scaled_bins.hpp"
+
+namespace fovea::foveation {
+namespace {
+
+constexpr std::array kMethods{
+    MethodEntry{"full", "every pixel at full resolution", &Full::create},
+    MethodEntry{"scaled_bins", "a grid of bins at 1, 1/2, 1/4 of the resolution by distance from the gaze (QCOM)",
+                &ScaledBins::create},
+};
+
+}  // namespace
+
+std::span<const MethodEntry> methods() noexcept { return kMethods; }
+
+Result<std::unique_ptr<Method>> create_method(std::string_view name, const MethodSettings& settings) {
+    std::string known;
+    for (const MethodEntry& m : kMethods) {
+        if (name == m.name) return m.create(settings);
+        known += (known.empty() ? "" : ", ") + std::string(m.name);
+    }
+    return fail("unknown foveation method '" + std::string(name) + "'", {}, "known methods: " + known);
+}
+
+}  // namespace fovea::foveation

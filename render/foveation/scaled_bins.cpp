@@ -1,0 +1,230 @@
+#include "render/foveation/scaled_bins.hpp"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+
+#include "render/foveation/full.hpp"
+
+namespace fovea::foveation {
+namespace {
+
+constexpr int kMaskBit = 1;   // stencil value of a level's bins
+
+// One instance per rectangle, as a strip of four corners.
+constexpr std::string_view kRectVertex = R"(#version 310 es
+layout(location = 0) in vec4 rect;   // x0 y0 x1 y1, NDC
+out highp vec2 uv;
+void main() {
+    vec2 p = vec2((gl_VertexID & 1) == 0 ? rect.x : rect.z, (gl_VertexID & 2) == 0 ? rect.y : rect.w);
+    uv = p * 0.5 + 0.5;
+    gl_Position = vec4(p, 0.0, 1.0);
+})";
+
+constexpr std::string_view kMaskFragment = R"(#version 310 es
+precision mediump float;
+void main() {}
+)";
+
+constexpr std::string_view kResolveFragment = R"(#version 310 es
+precision highp float;
+layout(binding = 0) uniform highp sampler2D level;
+in highp vec2 uv;
+layout(location = 0) out vec4 color;
+void main() { color = texture(level, uv); }
+)";
+
+void draw_rectangles(std::uint32_t first, std::uint32_t count) noexcept {
+    if (count == 0) return;
+    glVertexAttribPointer(0, 4, GL_FLOAT, GL_FALSE, 0, reinterpret_cast<const void*>(std::uintptr_t{first} * 16));
+    glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(count));
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Method>> ScaledBins::create(const MethodSettings& settings) {
+    const auto checked = density::Plan::create(settings.plan);
+    if (!checked) return std::unexpected(checked.error());
+    std::unique_ptr<ScaledBins> method(new ScaledBins(settings));
+    auto mask = gl::build_program("level mask", kRectVertex, kMaskFragment);
+    if (!mask) return std::unexpected(mask.error());
+    auto resolve = gl::build_program("level resolve", kRectVertex, kResolveFragment);
+    if (!resolve) return std::unexpected(resolve.error());
+    method->mask_ = *std::move(mask);
+    method->resolve_ = *std::move(resolve);
+    return std::unique_ptr<Method>(std::move(method));
+}
+
+Result<void> ScaledBins::prepare(std::span<const ViewTarget> targets) {
+    if (std::equal(targets.begin(), targets.end(), prepared_.begin(), prepared_.end())) return {};
+    prepared_.clear();
+    views_.clear();
+    std::vector<View> views;
+    std::size_t most_bins = 0;
+    for (const ViewTarget& t : targets) {
+        density::PlanSettings s = settings_.plan;
+        s.width_px = t.width_px;
+        s.height_px = t.height_px;
+        auto plan = density::Plan::create(s);
+        if (!plan) return std::unexpected(plan.error());
+        View v(*std::move(plan));
+        for (int level = 1; level < s.level_count; ++level) {
+            auto target = gl::RenderTarget::create({.width_px = v.plan.level_width_px(level),
+                                                    .height_px = v.plan.level_height_px(level),
+                                                    .format = settings_.format,
+                                                    .filter = settings_.filter});
+            if (!target) return std::unexpected(target.error());
+            v.levels[static_cast<std::size_t>(level)] = *std::move(target);
+        }
+        const auto bins = static_cast<std::size_t>(v.plan.columns()) * static_cast<std::size_t>(v.plan.rows());
+        most_bins = std::max(most_bins, bins);
+        v.rectangles = gl::create_dynamic_buffer(bins * 2 * sizeof(std::array<float, 4>));
+        v.arrays = gl::create_vertex_array();
+        glBindVertexArray(v.arrays.name());
+        glBindBuffer(GL_ARRAY_BUFFER, v.rectangles.name());
+        glEnableVertexAttribArray(0);
+        glVertexAttribDivisor(0, 1);
+        glVertexAttribPointer(0, 4, GL_FLOAT, GL_FALSE, 0, nullptr);
+        views.push_back(std::move(v));
+    }
+    staging_.resize(most_bins * 2);
+    views_ = std::move(views);
+    prepared_.assign(targets.begin(), targets.end());
+    return {};
+}
+
+void ScaledBins::upload(View& view) noexcept {
+    const density::Plan& plan = view.plan;
+    if (view.uploaded == plan.generation()) return;
+    view.uploaded = plan.generation();
+    const float w = 2.0f / static_cast<float>(plan.settings().width_px), h = 2.0f / static_cast<float>(plan.settings().height_px);
+    std::size_t n = 0;
+    const auto put = [&](int level, float dilate_x, float dilate_y) {
+        for (const density::BinRect& r : plan.rectangles(level)) {
+            const density::PixelRect p = plan.pixels(r);
+            staging_[n++] = {static_cast<float>(p.x0) * w - 1 - dilate_x, static_cast<float>(p.y0) * h - 1 - dilate_y,
+                             static_cast<float>(p.x1) * w - 1 + dilate_x, static_cast<float>(p.y1) * h - 1 + dilate_y};
+        }
+    };
+    for (int level = 0; level < plan.settings().level_count; ++level) {
+        const auto i = static_cast<std::size_t>(level);
+        view.first_exact[i] = static_cast<std::uint32_t>(n);
+        view.count[i] = static_cast<std::uint32_t>(plan.rectangles(level).size());
+        put(level, 0, 0);
+    }
+    view.first_mask[0] = view.first_exact[0];
+    for (int level = 1; level < plan.settings().level_count; ++level) {
+        view.first_mask[static_cast<std::size_t>(level)] = static_cast<std::uint32_t>(n);
+        put(level, 2.0f / static_cast<float>(plan.level_width_px(level)), 2.0f / static_cast<float>(plan.level_height_px(level)));
+    }
+    gl::update_buffer(view.rectangles, 0, std::as_bytes(std::span(staging_).first(n)));
+}
+
+ScaledBins::Region ScaledBins::region(const View& view, const ViewTarget& t, int level) noexcept {
+    const density::Plan& plan = view.plan;
+    const density::PixelRect p = plan.pixels(plan.bounds(level));
+    if (level == 0)
+        return {t.framebuffer, t.x_px, t.y_px, t.width_px, t.height_px,
+                t.x_px + p.x0, t.y_px + p.y0, t.x_px + p.x1, t.y_px + p.y1};
+    const gl::RenderTarget& target = view.levels[static_cast<std::size_t>(level)];
+    const int w = target.width(), h = target.height();
+    const auto scaled = [](int px, int size, int full, int round_up) {
+        return static_cast<int>((static_cast<std::int64_t>(px) * size + (round_up ? full - 1 : 0)) / full);
+    };
+    return {target.framebuffer(), 0, 0, w, h,
+            std::max(0, scaled(p.x0, w, t.width_px, 0) - 1), std::max(0, scaled(p.y0, h, t.height_px, 0) - 1),
+            std::min(w, scaled(p.x1, w, t.width_px, 1) + 1), std::min(h, scaled(p.y1, h, t.height_px, 1) + 1)};
+}
+
+void ScaledBins::draw_level(View& view, std::uint32_t index, const ViewTarget& t, const gl::CommandList& draws, int level,
+                            FrameCost& cost) noexcept {
+    const auto i = static_cast<std::size_t>(level);
+    const Region r = region(view, t, level);
+    glBindFramebuffer(GL_FRAMEBUFFER, r.framebuffer);
+    glViewport(r.x, r.y, r.width, r.height);
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(r.x0, r.y0, r.x1 - r.x0, r.y1 - r.y0);
+    glDepthMask(GL_TRUE);
+    glStencilMask(0xff);
+    const gl::Clear& clear = draws.clear();
+    glClearColor(clear.color[0], clear.color[1], clear.color[2], clear.color[3]);
+    glClearDepthf(clear.depth);
+    glClearStencil(0);
+    const bool masked = view.count[i] > 1;   // a single rectangle is the scissor
+    glClear(static_cast<GLbitfield>(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | (masked ? GL_STENCIL_BUFFER_BIT : 0)));
+    if (masked) {
+        glUseProgram(mask_.name());
+        glBindVertexArray(view.arrays.name());
+        glBindBuffer(GL_ARRAY_BUFFER, view.rectangles.name());
+        glDisable(GL_DEPTH_TEST);
+        glDisable(GL_CULL_FACE);
+        glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+        glEnable(GL_STENCIL_TEST);
+        glStencilFunc(GL_ALWAYS, kMaskBit, 0xff);
+        glStencilOp(GL_REPLACE, GL_REPLACE, GL_REPLACE);
+        draw_rectangles(view.first_mask[i], view.count[i]);
+        glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+        glStencilFunc(GL_EQUAL, kMaskBit, 0xff);
+        glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+    } else {
+        glDisable(GL_STENCIL_TEST);
+    }
+    // Draws outside the level's box can be left out: their bounds are conservative.
+    const gl::Box box{2 * static_cast<float>(r.x0 - r.x) / static_cast<float>(r.width) - 1,
+                      2 * static_cast<float>(r.y0 - r.y) / static_cast<float>(r.height) - 1,
+                      2 * static_cast<float>(r.x1 - r.x) / static_cast<float>(r.width) - 1,
+                      2 * static_cast<float>(r.y1 - r.y) / static_cast<float>(r.height) - 1};
+    cost.draws += static_cast<std::uint32_t>(
+        draws.submit({.view = index, .only_in = {&box, 1}, .count_fragments = counter_.enabled()}));
+    ++cost.submissions;
+    cost.pixels_shaded += view.plan.texels(level) + view.plan.guard_texels(level);
+}
+
+void ScaledBins::resolve(View& view, const ViewTarget& t) noexcept {
+    glBindFramebuffer(GL_FRAMEBUFFER, t.framebuffer);
+    glViewport(t.x_px, t.y_px, t.width_px, t.height_px);
+    glDisable(GL_SCISSOR_TEST);
+    glDisable(GL_STENCIL_TEST);
+    glDisable(GL_DEPTH_TEST);
+    glDepthMask(GL_FALSE);
+    glDisable(GL_CULL_FACE);
+    glDisable(GL_BLEND);
+    glUseProgram(resolve_.name());
+    glBindVertexArray(view.arrays.name());
+    glBindBuffer(GL_ARRAY_BUFFER, view.rectangles.name());
+    glActiveTexture(GL_TEXTURE0);
+    for (int level = 1; level < view.plan.settings().level_count; ++level) {
+        const auto i = static_cast<std::size_t>(level);
+        if (view.count[i] == 0) continue;
+        glBindTexture(GL_TEXTURE_2D, view.levels[i].color_texture());
+        draw_rectangles(view.first_exact[i], view.count[i]);
+    }
+}
+
+FrameCost ScaledBins::submit(const gl::CommandList& draws, std::span<const ViewTarget> targets,
+                             std::span<const ViewFocus> focus) noexcept {
+    FrameCost cost;
+    counter_.begin();
+    const bool ready = std::equal(targets.begin(), targets.end(), prepared_.begin(), prepared_.end());
+    for (std::size_t v = 0; v < targets.size(); ++v) {
+        const auto index = static_cast<std::uint32_t>(v);
+        if (ready) views_[v].plan.update(focus[v].all());
+        const bool one_level = ready && views_[v].plan.texels(0) == views_[v].plan.pixels_full();
+        if (!ready || draws.empty() || one_level) {
+            submit_full_view(draws, index, targets[v], counter_.enabled(), cost);
+            cost.fell_back = cost.fell_back || !ready;
+            continue;
+        }
+        cost.pixels_full += views_[v].plan.pixels_full();
+        upload(views_[v]);
+        for (int level = views_[v].plan.settings().level_count - 1; level >= 0; --level)
+            if (views_[v].count[static_cast<std::size_t>(level)] != 0)
+                draw_level(views_[v], index, targets[v], draws, level, cost);
+    }
+    if (!ready) return cost;
+    for (std::size_t v = 0; v < targets.size(); ++v)
+        if (!draws.empty() && views_[v].plan.texels(0) != views_[v].plan.pixels_full()) resolve(views_[v], targets[v]);
+    return cost;
+}
+
+}  // namespace fovea::foveation

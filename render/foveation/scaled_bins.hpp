@@ -1,0 +1,70 @@
+// `scaled_bins`: the image as a grid of bins, each rendered at the resolution that the density equation asks for.
+//
+//   the app's framebuffer          level 1 (1/2)             level 2 (1/4)
+//   +--------------------+         +----------+              +----+
+//   |                    |         |  ######  |              |#  #|     1. per level: clear, stencil mask of its bins
+//   |       ####         |         |  #    #  |              |    |        (plus a guard ring of one texel), and the
+//   |       ####         |         |  ######  |              |#  #|        recorded draws once, scissored to their box
+//   |                    |         +----------+              +----+     2. levels 1.. are drawn into the app's image
+//   +--------------------+                                                 (resolve), each bin from its level
+//
+// Level 0 goes straight into the app's framebuffer with the app's viewport, so the fovea is bit-identical to a full
+// render. gl_FragCoord in level n is scaled by 1/2^n, as the extension specifies.
+// Source: GL_QCOM_framebuffer_foveated, scaled bin method; one submission per level was measured to be the fastest way
+// on processor rasterisers (docs/render.md).
+// Cost: one submission per used level and view; about 3 processor ms per view of 1 Mpx for masks, 7 for the resolve.
+#pragma once
+
+#include <vector>
+
+#include "render/foveation/fragment_counter.hpp"
+#include "render/foveation/method.hpp"
+
+namespace fovea::foveation {
+
+class ScaledBins final : public Method {
+public:
+    [[nodiscard]] static Result<std::unique_ptr<Method>> create(const MethodSettings& settings);
+    [[nodiscard]] std::string_view name() const noexcept override { return "scaled_bins"; }
+    [[nodiscard]] bool exact_fovea() const noexcept override { return true; }
+    [[nodiscard]] Result<void> prepare(std::span<const ViewTarget> targets) override;
+    FrameCost submit(const gl::CommandList& draws, std::span<const ViewTarget> targets,
+                     std::span<const ViewFocus> focus) noexcept override;
+    [[nodiscard]] const density::Plan* plan(std::size_t view) const noexcept override {
+        return view < views_.size() ? &views_[view].plan : nullptr;
+    }
+    [[nodiscard]] std::uint64_t counted_fragments() override { return counter_.read(); }
+
+private:
+    struct View {
+        explicit View(density::Plan p) noexcept : plan(std::move(p)) {}
+        density::Plan plan;
+        std::array<gl::RenderTarget, density::kMaxLevels> levels;   // [0] stays empty
+        gl::Buffer rectangles;        // vec4 NDC: exact ones of all levels, then dilated ones of levels 1..
+        gl::VertexArray arrays;
+        std::array<std::uint32_t, density::kMaxLevels> first_exact{}, first_mask{}, count{};
+        std::uint64_t uploaded = ~std::uint64_t{0};   // plan generation in `rectangles`
+    };
+    // Where a level is drawn, and the part of it that its bins (and guard) lie in.
+    struct Region {
+        gl::Name framebuffer = 0;
+        int x = 0, y = 0, width = 0, height = 0;       // viewport
+        int x0 = 0, y0 = 0, x1 = 0, y1 = 0;            // scissor
+    };
+
+    explicit ScaledBins(const MethodSettings& settings) : settings_(settings), counter_(settings.count_fragments) {}
+    void upload(View& view) noexcept;
+    [[nodiscard]] static Region region(const View& view, const ViewTarget& target, int level) noexcept;
+    void draw_level(View& view, std::uint32_t index, const ViewTarget& target, const gl::CommandList& draws, int level,
+                    FrameCost& cost) noexcept;
+    void resolve(View& view, const ViewTarget& target) noexcept;
+
+    MethodSettings settings_;
+    gl::Program mask_, resolve_;
+    FragmentCounter counter_;
+    std::vector<ViewTarget> prepared_;
+    std::vector<View> views_;
+    std::vector<std::array<float, 4>> staging_;
+};
+
+}  // namespace fovea::foveation

@@ -1,0 +1,85 @@
+// Draws recorded once and submitted as often as a foveation method needs them: once per level and view.
+//
+// The contract with shaders:
+//   uniform block `View`, binding 0   the app's own per-view data; the list binds the part of the view submitted
+//   uniform block `Object`, binding 1 the app's own per-draw data
+//   uniform vec4, location 0 of the vertex stage (`crop`), gl_Position.xy = p.xy * crop.xy + p.w * crop.zw
+//                                     chooses a part of the view; {1, 1, 0, 0} is the whole view, bit for bit
+// Viewport, scissor, stencil and the framebuffer belong to the method and are never touched here.
+// Threads: the context's. add() allocates only beyond the capacity of earlier frames; submit() never.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "render/gl/objects.hpp"
+
+namespace fovea::gl {
+
+inline constexpr std::size_t kListViews = 4;
+
+// In NDC of a view.
+struct Box {
+    float x0 = -1, y0 = -1, x1 = 1, y1 = 1;
+    [[nodiscard]] bool overlaps(const Box& o) const noexcept { return x0 < o.x1 && o.x0 < x1 && y0 < o.y1 && o.y0 < y1; }
+    [[nodiscard]] bool empty() const noexcept { return !(x0 < x1 && y0 < y1); }
+};
+
+struct Draw {
+    Name program = 0;
+    Name counting_program = 0;    // the same, adding its fragments to atomic counter binding 0; 0: none
+    Name vertex_array = 0;        // with an index buffer of uint32
+    std::uint32_t index_count = 0, first_index = 0;
+    std::uint32_t object_offset = 0;   // of this draw's Object block, bytes
+    std::uint32_t instances = 1;
+    bool cull_back = true;
+    std::array<Box, kListViews> bounds;  // what the draw can touch in each view; empty: nothing there
+};
+
+struct Clear {
+    std::array<float, 4> color{0, 0, 0, 1};
+    float depth = 1;
+};
+
+// One submission.
+struct Pass {
+    std::uint32_t view = 0;
+    std::array<float, 4> crop{1, 1, 0, 0};
+    std::span<const Box> only_in{};   // draws that touch none of these boxes are left out; empty span: all are drawn
+    bool count_fragments = false;
+};
+
+class CommandList {
+public:
+    // The buffers must outlive the submissions. Strides and offsets: multiples of the driver's uniform alignment
+    // (uniform_alignment()); object_size 0: no Object block.
+    struct Buffers {
+        Name view = 0;
+        std::uint32_t view_stride = 0, view_size = 0;
+        Name object = 0;
+        std::uint32_t object_size = 0;
+    };
+    // Forgets the draws, keeps the memory.
+    void begin(const Clear& clear, const Buffers& buffers) noexcept;
+    void add(const Draw& draw) { draws_.push_back(draw); }
+
+    [[nodiscard]] bool empty() const noexcept { return draws_.empty(); }
+    [[nodiscard]] std::size_t size() const noexcept { return draws_.size(); }
+    [[nodiscard]] const Clear& clear() const noexcept { return clear_; }
+    [[nodiscard]] std::span<const Draw> draws() const noexcept { return draws_; }
+    [[nodiscard]] std::uint64_t triangles() const noexcept;
+
+    // Issues the draws with depth test on. Returns how many were issued.
+    std::size_t submit(const Pass& pass) const noexcept;
+
+private:
+    Clear clear_;
+    Buffers buffers_;
+    std::vector<Draw> draws_;
+};
+
+[[nodiscard]] std::uint32_t uniform_alignment() noexcept;
+
+}  // namespace fovea::gl
