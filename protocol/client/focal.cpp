@@ -14,7 +14,9 @@ struct ImagePoint {
 // The point of the view's edge at the smallest angle to d. On an edge p = (x, y, -1) with y fixed the cosine is
 // (x dx + y dy - dz) / sqrt(x^2 + y^2 + 1); its only maximum is at x = dx (y^2 + 1) / (y dy - dz), if that divisor is
 // positive; otherwise it falls towards both ends. So the corners and the clamped maxima are all there is to try.
+// A gaze behind the view counts as one at 90 degrees the same way round, so that it leaves the view where it would.
 ImagePoint nearest_edge_point(const FieldOfView& fov, Direction<ViewFrame> d) noexcept {
+    d.z = std::min(d.z, 0.0);
     ImagePoint best;
     double best_cosine = -std::numeric_limits<double>::infinity();
     const auto consider = [&](double tx, double ty) {

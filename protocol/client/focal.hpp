@@ -28,7 +28,8 @@ struct Focal {
     NdcPoint point;                   // in [-1, 1]
     double ndc_per_rad_x = 1, ndc_per_rad_y = 1;   // > 0, at `point`
     Direction<ViewFrame> gaze_dir_view;
-    bool outside = false;             // `point` is the point of the view's edge that is nearest in angle
+    bool outside = false;             // `point` is the point of the view's edge that is nearest in angle (behind the
+                                      // view: nearest to the gaze turned back to 90 degrees)
 };
 [[nodiscard]] Focal focal_of(const View& view, Direction<HeadFrame> gaze) noexcept;
 
