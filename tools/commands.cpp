@@ -4,12 +4,14 @@ namespace fovea::tools {
 
 void add_convert(CLI::App& app, int* exit_code);
 void add_devices(CLI::App& app, int* exit_code);
+void add_latency(CLI::App& app, int* exit_code);
 void add_replay(CLI::App& app, int* exit_code);
 void add_version(CLI::App& app, int* exit_code);
 
 const CommandRow kCommands[] = {
     {"convert", add_convert},
     {"devices", add_devices},
+    {"latency", add_latency},
     {"replay", add_replay},
     {"version", add_version},
 };

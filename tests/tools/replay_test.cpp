@@ -1,43 +1,16 @@
 // `fovea replay` on the recordings that ship with the project.
-#include <cstdio>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <sstream>
-#include <string>
 #include <thread>
 #include <vector>
 
-#include <gtest/gtest.h>
-#include <sys/wait.h>
-#include <unistd.h>
+#include "tests/tools/command_runner.hpp"
 
 namespace {
 
-namespace fs = std::filesystem;
-const std::string kFovea = std::string(FOVEA_BIN_DIR) + "/fovea";
 const std::string kRecordings = std::string(FOVEA_SOURCE_DIR) + "/tests/data/recordings/";
 
-class ReplayCommand : public testing::Test {
+class ReplayCommand : public fovea::test::CommandTest {
 protected:
-    void SetUp() override {
-        dir_ = fs::temp_directory_path() / ("fovea_replay_test_" + std::to_string(::getpid()));
-        fs::create_directories(dir_);
-    }
-    void TearDown() override { fs::remove_all(dir_); }
-    std::string file(const std::string& name) const { return (dir_ / name).string(); }
-
-    static int run(const std::string& arguments) {
-        const int status = std::system((kFovea + " " + arguments + " 2>/dev/null").c_str());
-        return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-    }
-    static std::string bytes(const std::string& path) {
-        std::ifstream in(path, std::ios::binary);
-        std::stringstream s;
-        s << in.rdbuf();
-        return s.str();
-    }
-    fs::path dir_;
+    int run(const std::string& arguments) const { return fovea(arguments).exit_code; }
 };
 
 TEST_F(ReplayCommand, WritesTheSameBytesOnEveryRunEvenUnderLoad) {
@@ -81,8 +54,8 @@ TEST_F(ReplayCommand, SaysWhatIsWrongByItsExitCodeAndLeavesNoHalfFile) {
     EXPECT_EQ(run("replay " + kRecordings + "vive_pro_eye_360vr.csv --speed backwards --csv " + file("out.csv")), 2);
     EXPECT_EQ(run("replay " + kRecordings + "vive_pro_eye_360vr.csv --predictor oracle --csv " + file("out.csv")), 2);
     EXPECT_EQ(run("replay " + kRecordings + "vive_pro_eye_360vr.csv --csv " + file("no/such/dir/out.csv")), 1);
-    EXPECT_FALSE(fs::exists(file("out.csv")));
-    EXPECT_FALSE(fs::exists(file("out.csv.partial")));
+    EXPECT_FALSE(std::filesystem::exists(file("out.csv")));
+    EXPECT_FALSE(std::filesystem::exists(file("out.csv.partial")));
 }
 
 }  // namespace
