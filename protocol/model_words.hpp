@@ -32,18 +32,12 @@ namespace fovea {
 [[nodiscard]] inline std::uint64_t word_of(double v) noexcept { return std::bit_cast<std::uint64_t>(v); }
 [[nodiscard]] inline std::uint64_t word_of(Instant t) noexcept { return static_cast<std::uint64_t>(to_ns(t)); }
 [[nodiscard]] inline std::uint64_t word_of(Duration d) noexcept { return static_cast<std::uint64_t>(d.count()); }
-[[nodiscard]] inline std::uint64_t word_of(float low, float high) noexcept {
-    return std::bit_cast<std::uint32_t>(low) | static_cast<std::uint64_t>(std::bit_cast<std::uint32_t>(high)) << 32;
-}
 [[nodiscard]] inline double double_of(std::uint64_t w) noexcept { return std::bit_cast<double>(w); }
-[[nodiscard]] inline float low_float(std::uint64_t w) noexcept {
-    return std::bit_cast<float>(static_cast<std::uint32_t>(w));
-}
-[[nodiscard]] inline float high_float(std::uint64_t w) noexcept {
-    return std::bit_cast<float>(static_cast<std::uint32_t>(w >> 32));
-}
 [[nodiscard]] inline Instant instant_of(std::uint64_t w) noexcept { return instant_from_ns(static_cast<std::int64_t>(w)); }
 [[nodiscard]] inline Duration duration_of(std::uint64_t w) noexcept { return Duration{static_cast<std::int64_t>(w)}; }
+
+// A HorizonPoint is two words as it stands: its four floats in order, little-endian.
+static_assert(sizeof(HorizonPoint) == 16 && std::endian::native == std::endian::little);
 
 template <class Frame>
 void put(SeqlockWriter& w, Direction<Frame> d) noexcept {
@@ -65,8 +59,8 @@ inline void put(SeqlockWriter& w, const EyeMotion& m) noexcept {
     put(w, m.saccade.start_dir_head);
     put(w, m.saccade.landing_dir_head);
     for (const HorizonPoint& h : m.horizons) {
-        w.put(word_of(h.du_rad, h.dv_rad));
-        w.put(word_of(h.radius68_rad, h.radius95_rad));
+        const auto words = std::bit_cast<std::array<std::uint64_t, 2>>(h);
+        w.put(words[0]), w.put(words[1]);
     }
     w.skip(2);
 }
@@ -87,7 +81,7 @@ inline void get(SeqlockReader& r, EyeMotion& m) noexcept {
     get(r, m.saccade.landing_dir_head);
     for (HorizonPoint& h : m.horizons) {
         const std::uint64_t displacement = r.get(), radii = r.get();
-        h = {low_float(displacement), high_float(displacement), low_float(radii), high_float(radii)};
+        h = std::bit_cast<HorizonPoint>(std::array{displacement, radii});
     }
     r.skip(2);
 }
