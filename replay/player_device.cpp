@@ -197,7 +197,7 @@ Result<std::unique_ptr<drivers::Device>> make_player(Recording recording, const 
 }
 
 drivers::DeviceRow player_row() {
-    return {"replay", "plays a recording (path, speed, loop, start_s, duration_s)",
+    return {"replay", "a recording, played as if its eye tracker were there",
             [](const drivers::DeviceSettings& given,
                const TimeSource& time) -> Result<std::unique_ptr<drivers::Device>> {
                 const auto path = given.values.find("path");
@@ -211,7 +211,9 @@ drivers::DeviceRow player_row() {
              {"speed", "\"1\"", "\"1\" real time, \"0.5\" half as fast (0.001 to 1000), \"max\" as fast as possible"},
              {"loop", "false", "after the end from the start again; times go on rising"},
              {"start_s", "0.0", "leave out this much of the beginning; seconds, 0 to 1000000"},
-             {"duration_s", "0.0", "play no more than this; seconds, 0 (all) to 1000000"}}};
+             {"duration_s", "0.0", "play no more than this; seconds, 0 (all) to 1000000"}},
+            {},       // nothing can be plugged in
+            false};   // a file that cannot be read is the user's error; it does not come later
 }
 
 }  // namespace fovea::replay

@@ -6,6 +6,7 @@ void add_convert(CLI::App& app, int* exit_code);
 void add_devices(CLI::App& app, int* exit_code);
 void add_latency(CLI::App& app, int* exit_code);
 void add_replay(CLI::App& app, int* exit_code);
+void add_status(CLI::App& app, int* exit_code);
 void add_version(CLI::App& app, int* exit_code);
 
 const CommandRow kCommands[] = {
@@ -13,6 +14,7 @@ const CommandRow kCommands[] = {
     {"devices", add_devices},
     {"latency", add_latency},
     {"replay", add_replay},
+    {"status", add_status},
     {"version", add_version},
 };
 const unsigned kCommandCount = sizeof kCommands / sizeof kCommands[0];

@@ -282,6 +282,20 @@ Result<void> set_key(Config& config, std::string_view assignment, const std::vec
     return {};
 }
 
+std::string print_config(const Config& config) {
+    std::string out, section;
+    for (const ConfigKey& key : config_keys()) {
+        if (key.section != section) {
+            if (section == "source")
+                for (const auto& [name, value] : config.source.device.values) out += fmt::format("{} = {}\n", name, toml_text(value));
+            section = key.section;
+            out += fmt::format("[{}]\n", section);
+        }
+        out += fmt::format("{} = {}\n", key.name, toml_text(key.get(config)));
+    }
+    return out;
+}
+
 std::string print_default_config(const std::vector<DeviceRow>& devices) {
     std::string out =
         "# The settings of fovead. Every key is shown with its default; a key that is left out has it too.\n"

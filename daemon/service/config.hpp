@@ -68,4 +68,8 @@ struct Config {
 // A TOML file with every key, its doc, range and default, and the keys of every driver as comments.
 [[nodiscard]] std::string print_default_config(const std::vector<drivers::DeviceRow>& devices);
 
+
+// The keys and values of `config` as TOML, without docs: what a session file says it was made with.
+[[nodiscard]] std::string print_config(const Config& config);
+
 }  // namespace fovea::service

@@ -154,6 +154,12 @@ struct Daemon::State {
                 failure = s.error;
                 return stop(End::source_failed);
         }
+        if (parts.source_changed) {
+            if (Result<void> ok = parts.source_changed(s); !ok) {
+                failure = ok.error();
+                return stop(End::failed);
+            }
+        }
         tell_ready();
         if (s.state == SourceState::ended) leave_when_alone();
     }
@@ -302,6 +308,6 @@ void Daemon::request_stop() noexcept {
     asio::post(state_->io, [state = state_.get()] { state->stop(End::stopped); });
 }
 int Daemon::samples_fd() const noexcept { return state_->samples.fd(); }
-const Error& Daemon::source_error() const noexcept { return state_->failure; }
+const Error& Daemon::error() const noexcept { return state_->failure; }
 
 }  // namespace fovea::service

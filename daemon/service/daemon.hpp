@@ -28,6 +28,8 @@ struct DaemonParts {
     std::function<Result<Source>(const Config&)> make_source;
     std::function<Result<Config>()> read_config;            // for `reload`
     std::function<void(const std::string& level)> set_log_level;
+    // The source's new state, on the service thread; an error ends the daemon. The first call comes before `ready`.
+    std::function<Result<void>(const SourceStatus&)> source_changed;
     std::function<RecorderStatus()> recorder_status;        // from the service thread
     std::function<void()> ready;                            // sockets listen and the source has been tried; once
     bool exit_at_end = false;                               // a recording's end ends the daemon
@@ -36,7 +38,7 @@ struct DaemonParts {
 
 class Daemon {
 public:
-    enum class End : std::uint8_t { stopped, source_ended, source_failed };
+    enum class End : std::uint8_t { stopped, source_ended, source_failed, failed };
 
     [[nodiscard]] static Result<std::unique_ptr<Daemon>> create(DaemonParts parts, const TimeSource& time);
     ~Daemon();   // removes the sockets
@@ -47,7 +49,7 @@ public:
     void request_stop() noexcept;
 
     [[nodiscard]] int samples_fd() const noexcept;          // for the recorder, which maps it like any subscriber
-    [[nodiscard]] const Error& source_error() const noexcept;   // after End::source_failed
+    [[nodiscard]] const Error& error() const noexcept;      // after End::source_failed and End::failed
 
 private:
     struct State;

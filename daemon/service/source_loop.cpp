@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "daemon/service/signals_blocked.hpp"
+
 namespace fovea::service {
 namespace {
 
@@ -47,6 +49,7 @@ SourceLoop::~SourceLoop() {
 
 void SourceLoop::begin() {
     FOVEA_REQUIRE(!thread_.joinable());
+    const SignalsBlocked for_the_new_thread;
     thread_ = std::thread([this] {
         pthread_setname_np(pthread_self(), "fovead-source");
         run();
@@ -82,6 +85,12 @@ SourceStatus SourceLoop::status() const {
                   .out_of_order = live_.out_of_order.load(relaxed),
                   .blinks = live_.blinks.load(relaxed),
                   .losses = live_.losses.load(relaxed)};
+    s.counters = {.samples = live_.device_samples.load(relaxed),
+                  .malformed = live_.malformed.load(relaxed),
+                  .dropped = live_.dropped.load(relaxed),
+                  .losses = live_.device_losses.load(relaxed),
+                  .switches = live_.switches.load(relaxed),
+                  .last_loss = live_.last_loss.load(relaxed)};
     const std::lock_guard lock(mutex_);
     s.state = state_;
     s.error = error_;
@@ -146,6 +155,7 @@ SourceLoop::Left SourceLoop::steady() noexcept {
                 retired_.store(next, std::memory_order_release);
             }
         }
+        show_device_counters();
         switch (polled) {
             case drivers::PollStatus::sample: publish(sample); break;
             case drivers::PollStatus::nothing: break;
@@ -154,6 +164,18 @@ SourceLoop::Left SourceLoop::steady() noexcept {
         }
     }
     return Left::stopped;
+}
+
+// The device's counters belong to the thread that polls it; this makes them readable from others.
+void SourceLoop::show_device_counters() noexcept {
+    constexpr auto relaxed = std::memory_order_relaxed;
+    const drivers::DeviceCounters c = device_->counters();
+    live_.device_samples.store(c.samples, relaxed);
+    live_.malformed.store(c.malformed, relaxed);
+    live_.dropped.store(c.dropped, relaxed);
+    live_.device_losses.store(c.losses, relaxed);
+    live_.switches.store(c.switches, relaxed);
+    live_.last_loss.store(c.last_loss, relaxed);
 }
 
 void SourceLoop::publish(const GazeSample& polled) noexcept {

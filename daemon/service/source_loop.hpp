@@ -38,6 +38,7 @@ struct SourceStatus {
     std::uint64_t published = 0;       // models, over all opens
     std::int64_t newest_received_ns = 0;
     pipeline::PipelineCounters pipeline;
+    drivers::DeviceCounters counters;
 };
 
 // What a daemon's loops have published so far: sequences and sample ids go on from there.
@@ -73,6 +74,7 @@ private:
     void run();
     Left steady() noexcept;
     void publish(const GazeSample& sample) noexcept;
+    void show_device_counters() noexcept;
     void enter(SourceState state, Error error = {});
     bool sleep(Duration pause);        // false: stop() was called
 
@@ -96,6 +98,8 @@ private:
     struct Live {
         std::atomic<std::uint64_t> published{0}, samples{0}, invalid{0}, not_finite{0}, duplicates{0}, out_of_order{0},
             blinks{0}, losses{0};
+        std::atomic<std::uint64_t> device_samples{0}, malformed{0}, dropped{0}, device_losses{0}, switches{0};
+        std::atomic<const char*> last_loss{""};
         std::atomic<std::int64_t> newest_received_ns{0};
     } live_;
 

@@ -49,7 +49,14 @@ json to_object(const SourceStatus& s) {
                 {"duplicates", c.duplicates},
                 {"out_of_order", c.out_of_order},
                 {"blinks", c.blinks},
-                {"losses", c.losses}}}};
+                {"losses", c.losses}}},
+              {"device_counters",
+               {{"samples", s.counters.samples},
+                {"malformed", s.counters.malformed},
+                {"dropped", s.counters.dropped},
+                {"losses", s.counters.losses},
+                {"switches", s.counters.switches},
+                {"last_loss", s.counters.last_loss}}}};
     j["error"] = s.error.what.empty() ? json(nullptr) : to_object(s.error);
     return j;
 }
