@@ -1,0 +1,82 @@
+#include "render/viewer/options.hpp"
+
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+
+#include "render/foveation/method.hpp"
+#include "render/scene/scene.hpp"
+
+namespace fovea::viewer {
+namespace {
+
+// "768" or "1024x768".
+bool parse_size(const std::string& text, int* width, int* height) {
+    char rest = 0;
+    const int n = std::sscanf(text.c_str(), "%dx%d%c", width, height, &rest);
+    if (n == 1) *height = *width;
+    const bool shape = n == 2 || (n == 1 && text.find_first_not_of("0123456789") == std::string::npos);
+    return shape && *width >= 16 && *height >= 16 && *width <= 8192 && *height <= 8192;
+}
+
+template <class Entries>
+std::string list_of(const Entries& entries) {
+    std::string text;
+    for (const auto& e : entries) text += "\n    " + std::string(e.name) + ": " + e.summary;
+    return text;
+}
+
+}  // namespace
+
+std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
+    Options o;
+    std::string size = "768";
+    double radius_deg = 4, max_deg = 25;
+    CLI::App app{
+        "Renders a stereo scene that is sharp where the eye tracker says the person looks.\n"
+        "It needs no window and no GPU: pictures go to files. Start fovead first (or use --wait), then for example:\n"
+        "    fovea-view --duration 10 --out out"};
+    app.add_option("--socket", o.socket, "fovead's socket (default: $FOVEA_SOCKET, then the usual places)");
+    app.add_option("--duration", o.duration_s, "seconds to run; 0 runs until Ctrl-C")->check(CLI::Range(0.0, 1e6))->capture_default_str();
+    app.add_option("--frames", o.frames, "end after this many frames instead")->check(CLI::Range(1L, 1'000'000'000L));
+    app.add_option("--size", size, "pixels per eye, WIDTHxHEIGHT or one number for a square")->capture_default_str();
+    app.add_option("--method", o.method, "foveation method:" + list_of(foveation::methods()))->capture_default_str();
+    app.add_option("--scene", o.scene, "what to draw:" + list_of(scene::scenes()))->capture_default_str();
+    app.add_option("--refresh-hz", o.scanout.refresh_hz, "refresh rate of the simulated display")->capture_default_str();
+    app.add_option("--scanout-ms", o.scanout.scanout_ms, "time the simulated display takes to emit a frame")->capture_default_str();
+    app.add_option("--gain", o.fovea.gain, "how fast resolution falls outside the fovea (QCOM gain, 1/NDC)")
+        ->check(CLI::Range(0.1, 1000.0))->capture_default_str();
+    app.add_option("--fovea-deg", radius_deg, "radius of full resolution around a certain gaze, degrees")
+        ->check(CLI::Range(0.1, 60.0))->capture_default_str();
+    app.add_option("--fovea-max-deg", max_deg, "its bound when the gaze is uncertain, degrees")
+        ->check(CLI::Range(0.1, 90.0))->capture_default_str();
+    app.add_option("--out", o.out, "directory for frame.png and frame_levels.png (made if missing)");
+    app.add_option("--snapshot-frame", o.snapshot_frame, "which frame to picture, from 1 (default: a live one past the middle)")
+        ->check(CLI::Range(1L, 1'000'000'000L));
+    app.add_flag("--wait", o.wait, "start without fovead and use its gaze as soon as there is one");
+    app.add_flag("--json", o.json, "print the summary as JSON");
+    app.add_flag("--progress", o.progress, "a progress line on stderr even when it is no terminal");
+    app.add_flag("--quiet", o.quiet, "no progress line");
+    app.footer(
+        "The display is simulated (there is none): photon times are computed from --refresh-hz and --scanout-ms.\n"
+        "Exit codes: 0 success (also after Ctrl-C), 1 failed while running, 2 wrong usage, 3 unusable input, 4 no daemon.");
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::ParseError& e) {
+        *exit_code = app.exit(e) == 0 ? kSuccess : kUsage;
+        return std::nullopt;
+    }
+    if (!parse_size(size, &o.width_px, &o.height_px)) {
+        std::fprintf(stderr, "fovea-view: --size '%s' is no size (WIDTHxHEIGHT or one number, 16 to 8192)\n", size.c_str());
+        *exit_code = kUsage;
+        return std::nullopt;
+    }
+    constexpr double kRadPerDeg = 3.14159265358979323846 / 180;
+    o.fovea.base_radius_rad = o.fovea.min_radius_rad = radius_deg * kRadPerDeg;
+    o.fovea.max_radius_rad = std::max(radius_deg, max_deg) * kRadPerDeg;
+    if (::isatty(STDERR_FILENO) != 0 && !o.json) o.progress = true;
+    if (o.quiet) o.progress = false;
+    return o;
+}
+
+}  // namespace fovea::viewer

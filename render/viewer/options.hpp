@@ -1,0 +1,31 @@
+// The command line of fovea-view.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "render/density/fovea_size.hpp"
+#include "render/present/scanout.hpp"
+
+namespace fovea::viewer {
+
+// Exit codes, those of the `fovea` command.
+enum ExitCode { kSuccess = 0, kFailed = 1, kUsage = 2, kUnusableInput = 3, kNoDaemon = 4 };
+
+struct Options {
+    std::string socket;                 // empty: where libfovea looks
+    double duration_s = 10;             // 0: until interrupted
+    long frames = 0;                    // > 0: ends after so many frames, whatever the duration
+    int width_px = 768, height_px = 768;   // per eye
+    std::string method = "scaled_bins", scene = "circuit";
+    present::ScanoutSettings scanout;
+    density::FoveaSizeSettings fovea;
+    std::string out;                    // directory; empty: no pictures
+    long snapshot_frame = 0;            // 0: a live frame past the middle
+    bool wait = false, json = false, progress = false, quiet = false;
+};
+
+// Nothing, and *exit_code set, when the program is done (help) or the arguments are wrong (already printed).
+[[nodiscard]] std::optional<Options> parse_options(int argc, char** argv, int* exit_code);
+
+}  // namespace fovea::viewer

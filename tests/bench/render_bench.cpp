@@ -1,0 +1,121 @@
+// Frame time foveated against full in the same run, beside the ratio of pixels shaded; and planning.
+//
+// `full` and the method under test take turns, frame by frame, so that whatever else the machine does falls on both; the
+// figures are ratios of medians: cpu_ratio (processor time of the process, all threads), wall_ratio, pixel_ratio.
+#include <benchmark/benchmark.h>
+
+#include <algorithm>
+#include <ctime>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "render/density/plan.hpp"
+#include "render/foveation/method.hpp"
+#include "render/gl/context.hpp"
+#include "render/scene/scene.hpp"
+
+using namespace fovea;
+
+namespace {
+
+double now_ms(clockid_t clock) {
+    timespec t{};
+    clock_gettime(clock, &t);
+    return static_cast<double>(t.tv_sec) * 1e3 + static_cast<double>(t.tv_nsec) * 1e-6;
+}
+
+double median(std::vector<double>& v) {
+    std::nth_element(v.begin(), v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2), v.end());
+    return v[v.size() / 2];
+}
+
+struct Cost {
+    std::vector<double> cpu_ms, wall_ms;
+    double pixels = 0;
+};
+
+const gl::Context* context() {
+    static auto c = gl::Context::create();
+    return c ? &*c : nullptr;
+}
+
+void foveation_frame(benchmark::State& state, const std::string& scene_name, const std::string& method_name, int size, float gain) {
+    if (context() == nullptr) return state.SkipWithError("no EGL context");
+    auto scene = scene::Scene::create({.name = scene_name});
+    if (!scene) return state.SkipWithError(scene.error().message().c_str());
+    std::vector<gl::RenderTarget> owned;
+    std::vector<foveation::ViewTarget> targets;
+    std::vector<foveation::ViewFocus> focus(2);
+    for (std::size_t i = 0; i < 2; ++i) {
+        auto t = gl::RenderTarget::create({.width_px = size, .height_px = size});
+        if (!t) return state.SkipWithError(t.error().message().c_str());
+        owned.push_back(*std::move(t));
+        targets.push_back({owned.back().framebuffer(), 0, 0, size, size});
+        focus[i].points[0] = {0.05f, -0.10f, gain, gain, 0};
+        focus[i].count = 1;
+    }
+    std::map<std::string, std::unique_ptr<foveation::Method>> methods;
+    for (const std::string& name : {std::string("full"), method_name}) {
+        auto m = foveation::create_method(name, {});
+        if (!m) return state.SkipWithError(m.error().message().c_str());
+        if (auto r = (*m)->prepare(targets); !r) return state.SkipWithError(r.error().message().c_str());
+        methods[name] = *std::move(m);
+    }
+    gl::CommandList list;
+    const auto eyes = scene::stereo_views();
+    std::map<std::string, Cost> costs;
+    const auto draw = [&](const std::string& name, bool counts) {
+        const double cpu = now_ms(CLOCK_PROCESS_CPUTIME_ID), wall = now_ms(CLOCK_MONOTONIC);
+        scene->record(3.0, eyes, list);
+        const foveation::FrameCost cost = methods[name]->submit(list, targets, focus);
+        gl::finish();
+        if (!counts) return;
+        Cost& c = costs[name];
+        c.cpu_ms.push_back(now_ms(CLOCK_PROCESS_CPUTIME_ID) - cpu);
+        c.wall_ms.push_back(now_ms(CLOCK_MONOTONIC) - wall);
+        c.pixels = static_cast<double>(cost.pixels_shaded) / static_cast<double>(cost.pixels_full);
+    };
+    for (const auto& [name, unused] : methods) draw(name, false);   // compiles the shaders
+    for (auto _ : state) {
+        draw("full", true);
+        draw(method_name, true);
+        focus[0].points[0].x_ndc = -focus[0].points[0].x_ndc;   // a moving eye: planning is part of the frame
+    }
+    Cost &full = costs["full"], &mine = costs[method_name];
+    state.counters["full_cpu_ms"] = median(full.cpu_ms);
+    state.counters["cpu_ms"] = median(mine.cpu_ms);
+    state.counters["cpu_ratio"] = median(mine.cpu_ms) / median(full.cpu_ms);
+    state.counters["wall_ratio"] = median(mine.wall_ms) / median(full.wall_ms);
+    state.counters["pixel_ratio"] = mine.pixels;
+}
+
+void plan_update(benchmark::State& state, int points, bool moving) {
+    auto plan = density::Plan::create({.width_px = 2048, .height_px = 2048});
+    std::vector<density::FocalPoint> p(static_cast<std::size_t>(points), density::FocalPoint{0.1f, -0.2f, 4, 4, 0});
+    float step = 0.001f;
+    for (auto _ : state) {
+        if (moving) {
+            p[0].x_ndc += step;
+            if (p[0].x_ndc > 0.9f || p[0].x_ndc < -0.9f) step = -step;
+        }
+        benchmark::DoNotOptimize(plan->update(p));
+    }
+}
+
+BENCHMARK_CAPTURE(plan_update, still, 4, false)->Name("Plan/64x64 bins/4 points/still");
+BENCHMARK_CAPTURE(plan_update, moving_1, 1, true)->Name("Plan/64x64 bins/1 point/moving");
+BENCHMARK_CAPTURE(plan_update, moving_4, 4, true)->Name("Plan/64x64 bins/4 points/moving");
+
+[[maybe_unused]] const bool registered = [] {
+    for (const char* scene : {"fragbox", "circuit"})
+        for (const int size : {1024, 2048})
+            for (const int gain : {4, 10}) {
+                const std::string name = std::string("Foveation/scaled_bins/") + scene + "/" + std::to_string(size) + "/gain " + std::to_string(gain);
+                benchmark::RegisterBenchmark(name.c_str(), foveation_frame, scene, "scaled_bins", size, static_cast<float>(gain))
+                    ->Iterations(7)->Unit(benchmark::kMillisecond)->UseRealTime();
+            }
+    return true;
+}();
+
+}  // namespace

@@ -1,0 +1,187 @@
+// The viewer as a user meets it: the program, its messages, its exit codes and what it leaves behind; and its display.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <csignal>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <vector>
+
+#include "render/present/scanout.hpp"
+
+using namespace fovea;
+namespace fs = std::filesystem;
+
+namespace {
+
+// ---- the simulated display ----
+
+constexpr Instant at(std::int64_t us) { return instant_from_ns(us * 1000); }
+
+present::SimulatedScanout display(double hz, double scanout_ms) { return *present::SimulatedScanout::create({hz, scanout_ms}, at(0)); }
+
+TEST(SimulatedScanout, ShowsAFrameInTheMiddleOfTheNextScanOut) {
+    auto d = display(100, 8);
+    const auto shown = d.predict(at(12'000));
+    EXPECT_EQ(shown.start, at(20'000));
+    EXPECT_EQ(shown.photon, at(24'000));
+    EXPECT_EQ(d.predict(at(20'000)).start, at(30'000)) << "a frame done at the start has missed it";
+    EXPECT_EQ(d.predict(at(-500)).start, at(0)) << "before the epoch";
+}
+
+TEST(SimulatedScanout, ShowsOneFramePerScanOut) {
+    auto d = display(100, 8);
+    EXPECT_EQ(d.present(at(1'000)).start, at(10'000));
+    EXPECT_EQ(d.present(at(2'000)).start, at(20'000));
+    EXPECT_EQ(d.present(at(2'500)).start, at(30'000));
+    EXPECT_EQ(d.present(at(71'000)).start, at(80'000));
+}
+
+TEST(SimulatedScanout, PredictingChangesNothing) {
+    auto d = display(90, 8);
+    const auto first = d.predict(at(5'000));
+    for (int i = 0; i < 5; ++i) EXPECT_EQ(d.predict(at(5'000)).start, first.start);
+    EXPECT_EQ(d.present(at(5'000)).start, first.start);
+}
+
+TEST(SimulatedScanout, LetsAFastFrameBeginJustInTime) {
+    auto d = display(100, 8);
+    d.present(at(5'000));   // shown at 10 ms; the next free scan-out is at 20 ms
+    EXPECT_EQ(d.begin_no_sooner(std::chrono::milliseconds(4)), at(15'000));   // with 1 ms to spare
+    EXPECT_LT(d.begin_no_sooner(std::chrono::milliseconds(50)), at(0)) << "a slow frame begins at once";
+}
+
+TEST(SimulatedScanout, RejectsWhatNoDisplayDoes) {
+    EXPECT_FALSE(present::SimulatedScanout::create({0, 8}, at(0)));
+    EXPECT_FALSE(present::SimulatedScanout::create({90, 0}, at(0)));
+    EXPECT_FALSE(present::SimulatedScanout::create({90, 12}, at(0))) << "longer than the refresh period";
+    EXPECT_FALSE(present::SimulatedScanout::create({std::nan(""), 1}, at(0)));
+}
+
+TEST(RecentCost, IsNotMovedByOneSlowFrame) {
+    present::RecentCost cost{std::chrono::milliseconds(40)};
+    EXPECT_EQ(cost.median(), Duration{std::chrono::milliseconds(40)});
+    for (int i = 0; i < 9; ++i) cost.add(std::chrono::milliseconds(10));
+    cost.add(std::chrono::milliseconds(500));
+    EXPECT_EQ(cost.median(), Duration{std::chrono::milliseconds(10)});
+}
+
+// ---- the program ----
+
+struct Outcome {
+    int exit_code = -1;
+    std::string out, err;
+};
+
+std::string quoted(const fs::path& path) {
+    std::string q = "'";
+    return q.append(path.string()).append("'");
+}
+
+class Viewer : public ::testing::Test {
+protected:
+    void SetUp() override {
+        dir_ = fs::path(testing::TempDir()) / (std::string("fovea_viewer_") + std::to_string(::getpid()));
+        fs::create_directories(dir_);
+    }
+    void TearDown() override { fs::remove_all(dir_); }
+
+    pid_t start(const std::string& arguments, const std::string& environment = "") {
+        std::string command = environment;
+        command.append(" exec '").append(FOVEA_BIN_DIR).append("/fovea-view' --socket ").append(quoted(dir_ / "none.sock"));
+        command.append(" ").append(arguments).append(" >").append(quoted(dir_ / "out")).append(" 2>").append(quoted(dir_ / "err"));
+        fs::remove(dir_ / "err");
+        const pid_t pid = fork();
+        if (pid == 0) {
+            execl("/bin/sh", "sh", "-c", command.c_str(), nullptr);
+            _exit(127);
+        }
+        return pid;
+    }
+    Outcome wait(pid_t pid) {
+        int status = 0;
+        waitpid(pid, &status, 0);
+        return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), text("out"), text("err")};
+    }
+    Outcome run(const std::string& arguments, const std::string& environment = "") { return wait(start(arguments, environment)); }
+    [[nodiscard]] std::string text(const char* name) const {
+        std::ifstream in(dir_ / name);
+        std::stringstream s;
+        s << in.rdbuf();
+        return s.str();
+    }
+    fs::path dir_;
+};
+
+constexpr const char* kQuick = "--wait --frames 3 --size 64 ";
+
+TEST_F(Viewer, HelpTellsANewcomerHowToStart) {
+    const Outcome r = run("--help");
+    EXPECT_EQ(r.exit_code, 0);
+    for (const char* word : {"fovead", "--duration", "--method", "scaled_bins", "simulated", "Exit codes"}) EXPECT_NE(r.out.find(word), std::string::npos) << word;
+}
+
+TEST_F(Viewer, WithoutADaemonSaysSoAndExits4) {
+    const Outcome r = run("--frames 1 --size 64");
+    EXPECT_EQ(r.exit_code, 4);
+    EXPECT_NE(r.err.find("none.sock"), std::string::npos) << r.err;
+    EXPECT_NE(r.err.find("--wait"), std::string::npos) << r.err;
+}
+
+TEST_F(Viewer, WithoutADriverSaysWhatToInstall) {
+    const Outcome r = run(kQuick, "__EGL_VENDOR_LIBRARY_FILENAMES=/nonexistent");
+    EXPECT_EQ(r.exit_code, 1);
+    EXPECT_NE(r.err.find("libegl-mesa0"), std::string::npos) << r.err;
+}
+
+TEST_F(Viewer, WrongArgumentsExit2AndNameTheLegalOnes) {
+    EXPECT_EQ(run("--size banana --wait").exit_code, 2);
+    EXPECT_EQ(run("--nonsense").exit_code, 2);
+    const Outcome r = run(std::string(kQuick) + "--method magic");
+    EXPECT_EQ(r.exit_code, 2);
+    EXPECT_NE(r.err.find("scaled_bins"), std::string::npos) << r.err;
+    EXPECT_EQ(run(std::string(kQuick) + "--scanout-ms 50").exit_code, 2);
+}
+
+TEST_F(Viewer, LeavesBothPicturesAndASummary) {
+    const fs::path out = dir_ / "pictures";
+    const Outcome r = run(std::string(kQuick) + "--json --out " + quoted(out));
+    EXPECT_EQ(r.exit_code, 0) << r.err;
+    EXPECT_TRUE(fs::exists(out / "frame.png"));
+    EXPECT_TRUE(fs::exists(out / "frame_levels.png"));
+    EXPECT_EQ(std::distance(fs::directory_iterator(out), fs::directory_iterator()), 2) << "temporary files were left";
+    EXPECT_NE(r.out.find("\"frames\": 3"), std::string::npos) << r.out;
+    EXPECT_NE(r.out.find("\"simulated\": true"), std::string::npos);
+    EXPECT_TRUE(r.err.empty()) << r.err;
+}
+
+TEST_F(Viewer, SaysWhenPicturesCannotBeWritten) {
+    std::ofstream(dir_ / "file") << "in the way";
+    const Outcome r = run(std::string(kQuick) + "--out " + quoted(dir_ / "file" / "out"));
+    EXPECT_EQ(r.exit_code, 1);
+    EXPECT_NE(r.err.find("--out"), std::string::npos) << r.err;
+}
+
+TEST_F(Viewer, AnInterruptEndsItCleanly) {
+    for (const int signal : {SIGINT, SIGTERM}) {
+        const fs::path out = dir_ / "pictures";
+        const pid_t pid = start(std::string("--wait --duration 0 --size 64 --progress --out ") + quoted(out));
+        while (text("err").find("frames") == std::string::npos) {   // it renders
+            usleep(20'000);
+            ASSERT_EQ(waitpid(pid, nullptr, WNOHANG), 0) << text("err");
+        }
+        kill(pid, signal);
+        const Outcome r = wait(pid);
+        EXPECT_EQ(r.exit_code, 0) << r.err;
+        EXPECT_NE(r.out.find("interrupted"), std::string::npos) << r.out;
+        EXPECT_EQ(std::distance(fs::directory_iterator(out), fs::directory_iterator()), 2);
+        fs::remove_all(out);
+    }
+}
+
+}  // namespace
