@@ -82,7 +82,6 @@ void Client::take_mapping() noexcept {
 
 void Client::latch(Instant photon, std::uint8_t eyes, Estimates& estimates, fovea_latch_info& info) noexcept {
     if (mailbox_.waiting()) take_mapping();
-    const Instant now = MonotonicClock::now();
     bool live = false;
     if (mapping_ != nullptr) {
         if (auto policy = mapping_->focus.new_policy()) policy_ = *policy;
@@ -91,6 +90,10 @@ void Client::latch(Instant photon, std::uint8_t eyes, Estimates& estimates, fove
             eyes_held_ = eyes;
             from_this_daemon_ = true;
         }
+    }
+    // After the read: a model that was published while this call ran must not seem to be latched before that.
+    const Instant now = MonotonicClock::now();
+    if (mapping_ != nullptr) {
         const Instant beat = mapping_->focus.heartbeat();
         live = from_this_daemon_ && connected_.load(std::memory_order_relaxed) && now - beat <= kHeartbeatStale;
         if (live) last_beat_ = std::min(beat, now);

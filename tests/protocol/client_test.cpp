@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <rapidcheck/gtest.h>
 
+#include <atomic>
 #include <bit>
 #include <cmath>
 #include <cstdlib>
@@ -9,6 +10,7 @@
 
 #include <limits>
 #include <sstream>
+#include <thread>
 
 #include "protocol/client/focal.hpp"
 #include "tests/protocol/allocation_count.hpp"
@@ -237,6 +239,29 @@ TEST(Latch, GivesEachViewItsEyesGazeFromTheNewestModel) {
     EXPECT_LT(info.exposed_ns, info.received_ns);
     EXPECT_EQ(c.status().latches, 4u);
     ASSERT_EQ(fovea_latch(c.client, fovea_now_ns(), views, 2, focals, nullptr), FOVEA_OK);   // info may be null
+}
+
+TEST(Latch, IsNeverEarlierThanThePublicationOfItsModel) {
+    const SocketDir dir;
+    TinyDaemon daemon(dir.path());
+    const Connected c(dir.path());
+    ASSERT_EQ(c.result, FOVEA_OK) << fovea_last_error(nullptr);
+    std::atomic<bool> done{false};
+    std::thread publisher([&] {  // as fast as it can, so that some are published while a latch runs
+        MotionModel m = looking(at(0));
+        while (!done.load(std::memory_order_relaxed)) {
+            m.published = MonotonicClock::now();
+            daemon.focus.publish(m);
+        }
+    });
+    unsigned early = 0;
+    for (int i = 0; i < 100'000; ++i) {
+        const fovea_latch_info info = c.latch().info;
+        early += info.model_sequence != 0 && info.latched_ns < info.published_ns;
+    }
+    done.store(true, std::memory_order_relaxed);
+    publisher.join();
+    EXPECT_EQ(early, 0u);
 }
 
 TEST(Latch, IsLiveOnlyWhileTheHeartBeats) {
