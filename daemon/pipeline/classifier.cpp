@@ -78,6 +78,8 @@ const Classified& Classifier::update(const History& raw) noexcept {
     }
     const double relative = length(fast.velocity_rad_s - now_.slow_rad_s) * kDegreesPerRadian;
     const double threshold = std::max(settings_.min_onset_deg_s, settings_.noise_factor * noise_median_deg_s_);
+    now_.speed_deg_s = relative;
+    now_.threshold_deg_s = threshold;
 
     // Saccades take a tenth of the time: they hardly move a median, so it may see them, and noise of any size is learned.
     track_noise(relative, dt);
@@ -100,6 +102,7 @@ const Classified& Classifier::update(const History& raw) noexcept {
                 if (raw.time_ns(i) <= now_.onset_ns) break;
             }
             now_.peak_deg_s = relative;
+            now_.any_saccade = true;
             now_.slow_rad_s = {};
             trail_.clear();
         } else if (above_ == 0) {
@@ -113,6 +116,7 @@ const Classified& Classifier::update(const History& raw) noexcept {
     const double end = std::max(settings_.end_ratio * threshold, kPeakEnd * now_.peak_deg_s);
     if (relative < end || t_ns - now_.onset_ns > kLongestSaccade_ns) {
         now_.event = GazeEvent::fixation;
+        now_.end_ns = t_ns;
         above_ = 0;
         armed_ = false;
     }

@@ -20,11 +20,15 @@ struct Classified {
     GazeEvent event = GazeEvent::fixation;  // fixation, pursuit or saccade
     Tangent fast_rad_s;                     // over about 6 ms
     Tangent slow_rad_s;                     // of the pursuit or drift, over pursuit_window; 0 when there is none
-    double noise_deg_s = 0;                 // typical |fast| while nothing happens
+    double speed_deg_s = 0;                 // |fast - slow|, what the thresholds see
+    double noise_deg_s = 0;                 // typical speed while nothing happens
+    double threshold_deg_s = 0;             // above which a saccade begins now
     // The saccade in flight, or the last one:
     std::int64_t onset_ns = 0;
     Direction<HeadFrame> start_dir_head;
     double peak_deg_s = 0;
+    bool any_saccade = false;               // false: onset and peak mean nothing yet
+    std::int64_t end_ns = 0;                // of the last one that is over
 };
 
 class Classifier {

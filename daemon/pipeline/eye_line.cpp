@@ -11,6 +11,9 @@ namespace {
 constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 // After a gap this long nothing that was known of the motion still holds: at 40 ms an eye may have made a saccade.
 constexpr std::int64_t kForget_ns = 40'000'000;
+constexpr double kLongAgo_ms = 300;      // the networks do not look further back
+constexpr float kWidest_rad = 1.5f;      // a radius that covers any display
+constexpr double kNoiseSpan_s = 6e-3;    // over which the noise speed is measured (classifier.cpp)
 
 }  // namespace
 
@@ -29,7 +32,8 @@ EyeLine::EyeLine(const PipelineSettings& s, Filter filter, Predictor predictor) 
       shown_{std::max<std::int64_t>(guard_before_ns_ / 16, 1'000'000)},
       classifier_{s.classifier},
       filter_{std::move(filter)},
-      predictor_{std::move(predictor)} {}
+      predictor_{std::move(predictor)},
+      judge_{predictor_.adaptive()} {}
 
 void EyeLine::reset() noexcept {
     validator_.reset();
@@ -37,6 +41,7 @@ void EyeLine::reset() noexcept {
     loss_.reset();
     forget_motion();
     classifier_.reset();
+    judge_.reset();
     motion_ = {};
 }
 
@@ -46,6 +51,7 @@ void EyeLine::forget_motion() noexcept {
     classifier_.forget_motion();
     filter_.reset();
     predictor_.reset();
+    judge_.forget_pending();
 }
 
 Verdict EyeLine::update(Instant exposed, const EyeState& eye) noexcept {
@@ -81,21 +87,38 @@ void EyeLine::use(Instant exposed, Direction<HeadFrame> gaze_dir_head) noexcept 
     raw_.push(t, gaze_dir_head);
     const Classified& now = classifier_.update(raw_);
     const Direction<HeadFrame> filtered = filter_.update(t, gaze_dir_head, now);
-    predictor_.update(raw_, now, filtered, displacements_);
     shown_.push(t, filtered);
+    predict(t, filtered, now);
 
     motion_.reference = exposed;
     motion_.gaze_dir_head = filtered;
     motion_.velocity_rad_s = transport(gaze_dir_head, filtered, now.fast_rad_s);
     motion_.event = now.event;
-    for (std::size_t i = 0; i < displacements_.size(); ++i) {
-        const Radii r = uncertainty(now.event, i);
-        motion_.horizons[i] = {static_cast<float>(displacements_[i].u), static_cast<float>(displacements_[i].v),
-                               static_cast<float>(r.radius68_rad), static_cast<float>(r.radius95_rad)};
-    }
     if (now.event == GazeEvent::saccade) fill_saccade(now, gaze_dir_head);
     loss_.valid(exposed, filtered);
     loss_.fill(motion_);
+}
+
+void EyeLine::predict(std::int64_t t, Direction<HeadFrame> filtered, const Classified& now) noexcept {
+    judge_.observe(t, raw_.direction(0));
+    const MotionFeatures features = motion_features(raw_, now.fast_rad_s);
+    const NetInput net = net_input(features, now.noise_deg_s,
+                                   now.any_saccade ? static_cast<double>(t - now.onset_ns) * 1e-6 : kLongAgo_ms);
+    const Phase phase = phase_of(now, features, t);
+    predictor_.update({raw_, now, features, net, phase, filtered}, ahead_.displacement);
+    const NetRadii radii = net_radii(net);
+    for (std::size_t h = 0; h < kAhead; ++h) {
+        ahead_.radius68_rad[h] = std::min(radii.r68_deg[h] * static_cast<float>(1 / kDegreesPerRadian), kWidest_rad);
+        ahead_.radius95_rad[h] = std::min(radii.r95_deg[h] * static_cast<float>(1 / kDegreesPerRadian), kWidest_rad);
+    }
+    ahead_.raw_offset = nearby(TangentBasis<HeadFrame>(filtered), filtered, raw_.direction(0));
+    judge_.apply(t, filtered, phase, ahead_);
+    // The present: the noise that is left in one sample.
+    const float present = static_cast<float>(now.noise_deg_s * kNoiseSpan_s / kDegreesPerRadian);
+    motion_.horizons[0] = {0, 0, std::min(present, ahead_.radius68_rad[0]), std::min(2 * present, ahead_.radius95_rad[0])};
+    for (std::size_t h = 0; h < kAhead; ++h)
+        motion_.horizons[h + 1] = {static_cast<float>(ahead_.displacement[h].u), static_cast<float>(ahead_.displacement[h].v),
+                                   std::min(ahead_.radius68_rad[h], kWidest_rad), std::min(ahead_.radius95_rad[h], kWidest_rad)};
 }
 
 void EyeLine::fill_saccade(const Classified& now, Direction<HeadFrame> gaze) noexcept {

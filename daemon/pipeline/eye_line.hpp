@@ -11,6 +11,7 @@
 #include "daemon/pipeline/history.hpp"
 #include "daemon/pipeline/loss_tracker.hpp"
 #include "daemon/pipeline/predictor.hpp"
+#include "daemon/pipeline/self_judge.hpp"
 #include "daemon/pipeline/uncertainty.hpp"
 #include "daemon/pipeline/validate.hpp"
 
@@ -32,6 +33,7 @@ private:
     EyeLine(const PipelineSettings& settings, Filter filter, Predictor predictor) noexcept;
     void forget_motion() noexcept;
     void use(Instant exposed, Direction<HeadFrame> gaze_dir_head) noexcept;
+    void predict(std::int64_t t_ns, Direction<HeadFrame> filtered, const Classified& now) noexcept;
     void go_blind(GazeEvent event) noexcept;
     void fill_saccade(const Classified& now, Direction<HeadFrame> gaze) noexcept;
 
@@ -44,7 +46,8 @@ private:
     Classifier classifier_;
     Filter filter_;
     Predictor predictor_;
-    Displacements displacements_{};
+    SelfJudge judge_;
+    Ahead ahead_{};
     EyeMotion motion_;
     std::uint64_t blinks_ = 0, losses_ = 0;
 };

@@ -7,7 +7,9 @@
 #include <variant>
 
 #include "daemon/pipeline/classifier.hpp"
+#include "daemon/pipeline/kalman.hpp"
 #include "daemon/pipeline/one_euro.hpp"
+#include "daemon/pipeline/saccade_aware.hpp"
 #include "daemon/pipeline/settings.hpp"
 #include "protocol/error.hpp"
 
@@ -23,8 +25,25 @@ public:
     void reset() noexcept;
 
 private:
-    struct None {};
-    std::variant<None, OneEuro> filter_;
+    struct None {
+        Direction<HeadFrame> update(std::int64_t, Direction<HeadFrame> d, const Classified&) noexcept { return d; }
+        void reset() noexcept {}
+    };
+    struct Euro {
+        OneEuro filter;
+        Direction<HeadFrame> update(std::int64_t t, Direction<HeadFrame> d, const Classified&) noexcept { return filter.update(t, d); }
+        void reset() noexcept { filter.reset(); }
+    };
+    struct Kalman {
+        KalmanCv filter;
+        NoiseEstimate noise;
+        std::array<Direction<HeadFrame>, 2> before;  // newest first
+        std::array<std::int64_t, 2> before_ns{};
+        int count = 0;
+        Direction<HeadFrame> update(std::int64_t t, Direction<HeadFrame> d, const Classified&) noexcept;
+        void reset() noexcept;
+    };
+    std::variant<None, Euro, Kalman, SaccadeAware> filter_;
 };
 
 }  // namespace fovea::pipeline

@@ -28,7 +28,7 @@ struct Slope {
 
 class History {
 public:
-    static constexpr std::size_t kCapacity = 64;  // 64 ms at 1000 Hz
+    static constexpr std::size_t kCapacity = 128;  // 128 ms at 1000 Hz
 
     void clear() noexcept { size_ = 0; }
     void push(std::int64_t t_ns, Direction<HeadFrame> d) noexcept;

@@ -48,13 +48,13 @@ struct ClassifierSettings {
 };
 
 struct PredictorSettings {
-    std::string name = "damped_velocity";  // one of predictor_names()
+    std::string name = "auto";             // one of predictor_names()
     double damping = 0.25;                 // [0, 1]: share of the velocity that is extrapolated
     double time_constant_ms = 60;          // (0, 1000]: after which the extrapolated velocity has died away
 };
 
 struct PipelineSettings {
-    std::string filter = "one_euro";  // one of filter_names()
+    std::string filter = "saccade_aware";  // one of filter_names()
     OneEuroSettings one_euro;
     KalmanSettings kalman;
     SaccadeAwareSettings saccade_aware;

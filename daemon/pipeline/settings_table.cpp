@@ -12,8 +12,9 @@ namespace fovea::pipeline {
 namespace {
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr std::array<const char*, 2> kFilters = {"none", "one_euro"};
-constexpr std::array<const char*, 2> kPredictors = {"hold", "damped_velocity"};
+constexpr std::array<const char*, 4> kFilters = {"none", "one_euro", "kalman", "saccade_aware"};
+constexpr std::array<const char*, 8> kPredictors = {"hold",       "velocity",  "damped_velocity", "kalman", "imm",
+                                                     "gain_table", "ballistic", "auto"};
 
 using S = PipelineSettings;
 using V = SettingValue;

@@ -114,7 +114,7 @@ TEST(History, SlopeOfALineIsItsSpeedWhateverTheSpacing) {
         h.push(t, at_deg(x, 0));
     }
     const Slope s = h.slope(40 * kMs, 2);
-    EXPECT_NEAR(length(s.velocity_rad_s) / kDegree, 20, 1e-3);
+    EXPECT_NEAR(length(s.velocity_rad_s) / kDegree, 20, 2e-6);
     EXPECT_LT(s.residual_rad, 1e-6);
 }
 
