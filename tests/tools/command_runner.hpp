@@ -40,7 +40,9 @@ protected:
     // `arguments` as a shell reads them.
     [[nodiscard]] CommandResult fovea(const std::string& arguments) const {
         const std::string out = file(".stdout"), err = file(".stderr");
-        const std::string line = std::string(FOVEA_BIN_DIR) + "/fovea " + arguments + " >" + out + " 2>" + err;
+        std::string line = FOVEA_BIN_DIR "/fovea ";
+        line += arguments;
+        line += " >" + out + " 2>" + err;
         const int status = std::system(line.c_str());
         return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, bytes(out), bytes(err)};
     }
