@@ -48,34 +48,37 @@ std::string base64(const std::string& bytes) {
     return out;
 }
 
-// A round number of at least v, for an axis' end: 1, 2 or 5 times a power of ten.
-double round_up(double v) {
-    if (!(v > 0)) return 1;
-    const double power = std::pow(10, std::floor(std::log10(v)));
-    for (double m : {1.0, 2.0, 5.0, 10.0})
-        if (m * power >= v) return m * power;
+// The step of an axis that divides `range` into about `parts`: 1, 2, 2.5 or 5 times a power of ten.
+double round_step(double range, double parts) {
+    const double raw = std::max(range, 1e-9) / parts;
+    const double power = std::pow(10, std::floor(std::log10(raw)));
+    for (double m : {1.0, 2.0, 2.5, 5.0})
+        if (m * power >= raw * 0.999) return m * power;
     return 10 * power;
+}
+
+// Where an axis ends that has to show `highest`: on a step of its grid.
+double axis_end(double highest) {
+    const double step = round_step(highest, 4);
+    return std::max(step, std::ceil(highest / step - 1e-9) * step);
 }
 
 struct Axes {
     double width = 960, height = 240, left = 52, right = 12, top = 12, bottom = 34;
-    double x_min = 0, x_max = 1, y_max = 1;
-    [[nodiscard]] double x(double v) const { return left + (v - x_min) / (x_max - x_min) * (width - left - right); }
+    double x_max = 1, y_max = 1;   // both axes begin at 0
+    [[nodiscard]] double x(double v) const { return left + v / x_max * (width - left - right); }
     [[nodiscard]] double y(double v) const { return height - bottom - v / y_max * (height - top - bottom); }
 };
 
 std::string axes_svg(const Axes& a, const char* x_name, const char* y_name) {
     std::string s = fmt::format("<svg viewBox='0 0 {} {}' role='img'>", a.width, a.height);
-    for (int i = 0; i <= 4; ++i) {
-        const double v = a.y_max * i / 4;
+    const double y_step = round_step(a.y_max, 4), x_step = std::max(1.0, round_step(a.x_max, 6));
+    for (double v = 0; v <= a.y_max * 1.001; v += y_step)
         s += fmt::format("<line class='grid' x1='{:.1f}' x2='{:.1f}' y1='{:.1f}' y2='{:.1f}'/>"
                          "<text x='{:.1f}' y='{:.1f}' text-anchor='end'>{:g}</text>",
                          a.left, a.width - a.right, a.y(v), a.y(v), a.left - 6, a.y(v) + 4, v);
-    }
-    for (int i = 0; i <= 5; ++i) {
-        const double v = a.x_min + (a.x_max - a.x_min) * i / 5;
-        s += fmt::format("<text x='{:.1f}' y='{:.1f}' text-anchor='middle'>{:.3g}</text>", a.x(v), a.height - a.bottom + 16, v);
-    }
+    for (double v = 0; v <= a.x_max * 1.001; v += x_step)
+        s += fmt::format("<text x='{:.1f}' y='{:.1f}' text-anchor='middle'>{:g}</text>", a.x(v), a.height - a.bottom + 16, v);
     s += fmt::format("<text x='{:.1f}' y='{:.1f}' text-anchor='middle'>{}</text>", (a.left + a.width - a.right) / 2, a.height - 2, x_name);
     s += fmt::format("<text transform='translate(12 {:.1f}) rotate(-90)' text-anchor='middle'>{}</text>",
                      (a.top + a.height - a.bottom) / 2, y_name);
@@ -88,7 +91,7 @@ std::string stages_chart(const replay::LatencyReport& report) {
     double highest = 0;
     for (const auto& f : report.per_frame) highest = std::max(highest, f.stage_ms[kStageCount - 1]);
     a.x_max = std::max<double>(1, static_cast<double>(report.per_frame.size()));
-    a.y_max = round_up(highest);
+    a.y_max = axis_end(highest);
     std::string s = axes_svg(a, "frame", "ms");
     const double w = std::max(0.5, (a.width - a.left - a.right) / a.x_max);
     // Few columns are drawn one by one; of many, every n-th, so that the page stays small.
@@ -113,7 +116,7 @@ std::string error_chart(const replay::LatencyReport& report) {
     for (const auto& f : report.per_frame)
         if (f.unjudged == replay::Unjudged::no) highest = std::max(highest, f.worst_error_deg());
     a.x_max = std::max<double>(1, static_cast<double>(report.per_frame.size()));
-    a.y_max = round_up(highest);
+    a.y_max = axis_end(highest);
     std::string s = axes_svg(a, "frame", "degrees from the fovea's centre");
     for (std::size_t i = 0; i < report.per_frame.size(); ++i) {
         const auto& f = report.per_frame[i];
