@@ -1,0 +1,330 @@
+#include "render/layer/context.hpp"
+
+#include <algorithm>
+#include <cstdlib>
+#include <cstring>
+#include <string_view>
+
+namespace fovea::layer {
+
+thread_local Context* t_context __attribute__((tls_model("initial-exec"))) = nullptr;
+
+Context::~Context() = default;
+
+void Context::made_current() {
+    if (version_ == 0) {
+        const auto* text = reinterpret_cast<const char*>(gl.GetString(GL_VERSION));
+        version_ = -1;
+        if (text && std::strncmp(text, "OpenGL ES ", 10) == 0)
+            version_ = get_integer(GL_MAJOR_VERSION) * 10 + get_integer(GL_MINOR_VERSION);
+        active_ = version_ >= 31;
+        if (active_) {
+            for (GLint i = 0; i < get_integer(GL_NUM_EXTENSIONS); ++i) {
+                const auto* name = reinterpret_cast<const char*>(gl.GetStringi(GL_EXTENSIONS, static_cast<GLuint>(i)));
+                if (!name) continue;
+                const std::string_view extension = name;
+                native_.framebuffer_foveated |= extension == "GL_QCOM_framebuffer_foveated";
+                native_.texture_foveated |= extension == "GL_QCOM_texture_foveated";
+                native_.frame_extrapolation |= extension == "GL_QCOM_frame_extrapolation";
+                float_viewport_ |= extension == "GL_OES_viewport_array" && gl.ViewportIndexedfOES;
+            }
+            const char* reading = std::getenv("FOVEA_LAYER_READING");
+            if (reading && std::strcmp(reading, "linear") == 0) reading_ = density::Reading::linear;
+            count(stats.contexts);
+        }
+        while (gl.GetError() != GL_NO_ERROR) {}
+    }
+    if (!active_) return;
+    draw_framebuffer_ = static_cast<GLuint>(get_integer(GL_DRAW_FRAMEBUFFER_BINDING));
+    read_framebuffer_ = static_cast<GLuint>(get_integer(GL_READ_FRAMEBUFFER_BINDING));
+    target_known_ = false;
+}
+
+void Context::raise(GLenum error) {
+    if (error_ != GL_NO_ERROR) return;
+    const GLenum earlier = gl.GetError();
+    error_ = earlier != GL_NO_ERROR ? earlier : error;
+}
+
+void Context::keep_driver_error() {
+    const GLenum error = gl.GetError();
+    if (error_ == GL_NO_ERROR) error_ = error;
+}
+
+GLenum Context::take_error() {
+    const GLenum driver = gl.GetError(), error = error_ != GL_NO_ERROR ? error_ : driver;
+    error_ = GL_NO_ERROR;
+    return error;
+}
+
+void Context::before_finish(Call call) {
+    submit(call);
+    if (Framebuffer* f = find_framebuffer(draw_framebuffer_)) resolve(f->pass);
+    if (!deletions_.empty()) {
+        const auto used = static_cast<GLuint>(get_integer(GL_CURRENT_PROGRAM));
+        std::erase_if(deletions_, [used](GLuint p) { return p != used && (gl.DeleteProgram(p), true); });
+    }
+}
+
+void Context::before_upload(Call call, GLenum target) {
+    before_submit(call);
+    GLint name = 0;
+    if (target == GL_RENDERBUFFER) {
+        name = get_integer(GL_RENDERBUFFER_BINDING);
+    } else {
+        if (target >= GL_TEXTURE_CUBE_MAP_POSITIVE_X && target <= GL_TEXTURE_CUBE_MAP_NEGATIVE_Z) target = GL_TEXTURE_CUBE_MAP;
+        if (const GLenum query = texture_binding_query(target)) name = get_integer(query);
+    }
+    if (name != 0) image_written(static_cast<GLuint>(name));
+}
+
+void Context::before_indexed(Call call) {
+    submit(call);
+    per_draw_buffer_ = true;
+    undo_.per_draw_buffer();
+}
+
+void Context::image_written(GLuint name) {
+    ++attachments_epoch_;
+    for (Kept& kept : kept_) {
+        if (!kept.owner) continue;
+        for (const Attachment& a : kept.owner->attachments)
+            if (a.name == name) {
+                resolve(*kept.owner);
+                kept.owner->mode = Pass::Mode::none;
+            }
+    }
+}
+
+void Context::invalidate_pass() {
+    if (Framebuffer* f = find_framebuffer(draw_framebuffer_)) f->pass.mode = Pass::Mode::none;
+}
+
+const DrawTarget& Context::drawing_target() {
+    static const DrawTarget plain;
+    if (!active_ || !is_engaged() || draw_framebuffer_ == 0) return plain;
+    const std::uint32_t epoch = textures_->epoch();
+    if (target_known_ && target_textures_epoch_ == epoch && target_attachments_epoch_ == attachments_epoch_) return target_;
+    target_ = {};
+    target_known_ = true;
+    target_textures_epoch_ = epoch;
+    target_attachments_epoch_ = attachments_epoch_;
+    const Framebuffer* f = find_framebuffer(draw_framebuffer_);
+    const bool configured = f && f->config;
+    if (foveation_status(GL_DRAW_FRAMEBUFFER) == GL_FRAMEBUFFER_INCOMPLETE_FOVEATION_QCOM) {
+        target_.kind = DrawTarget::Kind::incomplete;
+    } else if (configured) {
+        if (f->config->enabled()) target_.kind = DrawTarget::Kind::framebuffer;
+    } else if (epoch != 0) {
+        for (const Attachment& a : read_attachments(GL_DRAW_FRAMEBUFFER))
+            if (a.type == GL_TEXTURE && textures_->is_foveated(a.name)) {
+                target_ = {DrawTarget::Kind::texture, a.name, static_cast<GLuint>(a.layer)};
+                break;
+            }
+    }
+    return target_;
+}
+
+GLenum Context::foveation_status(GLenum framebuffer_target) {
+    const GLuint name = framebuffer_target == GL_READ_FRAMEBUFFER ? read_framebuffer_ : draw_framebuffer_;
+    if (name == 0 || textures_->epoch() == 0) return GL_FRAMEBUFFER_COMPLETE;
+    const Framebuffer* f = find_framebuffer(name);
+    const bool configured = f && f->config && f->config->enabled();
+    int foveated_colors = 0;
+    for (const Attachment& a : read_attachments(framebuffer_target)) {
+        if (a.type != GL_TEXTURE || !textures_->is_foveated(a.name)) continue;
+        if (a.point == GL_DEPTH_ATTACHMENT || a.point == GL_STENCIL_ATTACHMENT || configured || ++foveated_colors > 1)
+            return GL_FRAMEBUFFER_INCOMPLETE_FOVEATION_QCOM;
+    }
+    return GL_FRAMEBUFFER_COMPLETE;
+}
+
+GLenum Context::write_error() {
+    const DrawTarget& target = drawing_target();
+    if (target.kind == DrawTarget::Kind::incomplete) return GL_INVALID_FRAMEBUFFER_OPERATION;
+    if (target.kind == DrawTarget::Kind::framebuffer && find_framebuffer(draw_framebuffer_)->config->attachments_changed)
+        return GL_INVALID_OPERATION;
+    return GL_NO_ERROR;
+}
+
+GLenum Context::read_error() {
+    return active_ && is_engaged() && foveation_status(GL_READ_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE
+               ? GL_INVALID_FRAMEBUFFER_OPERATION
+               : GL_NO_ERROR;
+}
+
+bool Context::allowed(Op op) {
+    GLenum error = write_error();
+    if (error == GL_NO_ERROR && op == Op::draw && target_.kind == DrawTarget::Kind::framebuffer &&
+        program_facts().geometry_or_tessellation)
+        error = GL_INVALID_OPERATION;
+    if (error != GL_NO_ERROR) raise(error);
+    return error == GL_NO_ERROR;
+}
+
+void Context::open() {
+    if (recording_) return;
+    attachments_ = read_attachments(GL_DRAW_FRAMEBUFFER);
+    shape_ = read_shape(attachments_);
+    batch_ = {};
+    batch_.must_be_native = !shape_.usable;
+    recording_ = true;
+}
+
+void Context::note_draw() {
+    batch_.drew = true;
+    count(stats.draws_recorded);
+    const ProgramFacts facts = program_facts();
+    if (facts.side_effects || facts.geometry_or_tessellation || occlusion_queries_ > 0) batch_.must_be_native = true;
+    if (shape_.has_depth && !batch_.depth_cleared && gl.IsEnabled(GL_DEPTH_TEST)) batch_.needs_depth = true;
+    if (shape_.has_stencil && gl.IsEnabled(GL_STENCIL_TEST)) {
+        batch_.uses_stencil = true;
+        if (!batch_.stencil_cleared) batch_.needs_depth = true;
+    }
+}
+
+void Context::note_clear(GLbitfield buffers, GLint color) {
+    const auto colors = std::count_if(shape_.color.begin(), shape_.color.end(), [](GLenum format) { return format != 0; });
+    if (color == 0 && colors == 1 && shape_.color[0] != 0) buffers |= GL_COLOR_BUFFER_BIT;
+    if (gl.IsEnabled(GL_RASTERIZER_DISCARD)) return;
+    if (gl.IsEnabled(GL_SCISSOR_TEST)) {
+        GLint s[4];
+        gl.GetIntegerv(GL_SCISSOR_BOX, s);
+        if (s[0] > 0 || s[1] > 0 || std::int64_t{s[0]} + s[2] < shape_.width || std::int64_t{s[1]} + s[3] < shape_.height) return;
+    }
+    if (buffers & GL_COLOR_BUFFER_BIT && !batch_.drew && !per_draw_buffer_) {
+        GLboolean m[4] = {};
+        gl.GetBooleanv(GL_COLOR_WRITEMASK, m);
+        if (m[0] && m[1] && m[2] && m[3]) batch_.color_cleared = true;
+    }
+    if (buffers & GL_DEPTH_BUFFER_BIT) {
+        GLboolean on = GL_FALSE;
+        gl.GetBooleanv(GL_DEPTH_WRITEMASK, &on);
+        if (on) batch_.depth_cleared = true;
+    }
+    if (buffers & GL_STENCIL_BUFFER_BIT && (get_integer(GL_STENCIL_WRITEMASK) & 0xff) == 0xff) batch_.stencil_cleared = true;
+}
+
+ProgramFacts Context::ask_program(GLuint program, GLint version) {
+    ProgramFacts facts;
+    if (program == 0) return facts;
+    GLint value = 0;
+    gl.GetProgramiv(program, GL_ACTIVE_ATOMIC_COUNTER_BUFFERS, &value);
+    facts.side_effects = value > 0;
+    gl.GetProgramInterfaceiv(program, GL_SHADER_STORAGE_BLOCK, GL_ACTIVE_RESOURCES, &value);
+    facts.side_effects |= value > 0;
+    GLint uniforms = 0;
+    gl.GetProgramiv(program, GL_ACTIVE_UNIFORMS, &uniforms);
+    for (GLuint i = 0; i < static_cast<GLuint>(uniforms); ++i) {
+        GLint type = 0;
+        gl.GetActiveUniformsiv(program, 1, &i, GL_UNIFORM_TYPE, &type);
+        facts.side_effects |= type >= 0x904C && type <= 0x906C;  // GL_IMAGE_1D to GL_UNSIGNED_INT_IMAGE_2D_MULTISAMPLE_ARRAY
+    }
+    if (version >= 32) {
+        // An error says that the program has no such stage.
+        for (const GLenum name : {GL_GEOMETRY_LINKED_VERTICES_OUT_EXT, GL_TESS_CONTROL_OUTPUT_VERTICES, GL_TESS_GEN_MODE}) {
+            while (gl.GetError() != GL_NO_ERROR) {}
+            gl.GetProgramiv(program, name, &value);
+            if (gl.GetError() == GL_NO_ERROR) facts.geometry_or_tessellation = true;
+        }
+    }
+    while (gl.GetError() != GL_NO_ERROR) {}
+    return facts;
+}
+
+ProgramFacts Context::program_facts() {
+    const auto program = static_cast<GLuint>(get_integer(GL_CURRENT_PROGRAM));
+    if (program != 0) {
+        const auto known = facts_.find(program);
+        if (known != facts_.end()) return known->second;
+        keep_driver_error();
+        return facts_[program] = ask_program(program, version_);
+    }
+    const auto pipeline = static_cast<GLuint>(get_integer(GL_PROGRAM_PIPELINE_BINDING));
+    if (pipeline == 0) return {};
+    keep_driver_error();
+    ProgramFacts all;
+    for (const GLenum stage : {GL_VERTEX_SHADER, GL_FRAGMENT_SHADER, GL_GEOMETRY_SHADER, GL_TESS_CONTROL_SHADER, GL_TESS_EVALUATION_SHADER}) {
+        GLint stage_program = 0;
+        gl.GetProgramPipelineiv(pipeline, stage, &stage_program);
+        const ProgramFacts facts = ask_program(static_cast<GLuint>(stage_program), version_);
+        all.side_effects |= facts.side_effects;
+        all.geometry_or_tessellation |= facts.geometry_or_tessellation;
+    }
+    return all;
+}
+
+void Context::bound_framebuffer(GLenum target, GLuint name) {
+    if (target == GL_READ_FRAMEBUFFER) {
+        read_framebuffer_ = name;
+        return;
+    }
+    if (target == GL_FRAMEBUFFER) read_framebuffer_ = name;
+    draw_framebuffer_ = name;
+    target_known_ = false;
+    if (name == 0 || kept_.empty()) return;
+    // Another framebuffer with the image of a pass: what is drawn there is not in the levels of the pass.
+    const Framebuffer* f = find_framebuffer(name);
+    std::vector<Attachment> now;
+    for (Kept& kept : kept_) {
+        if (!kept.owner || kept.owner->mode != Pass::Mode::levels || (f && &f->pass == kept.owner)) continue;
+        if (now.empty()) now = read_attachments(GL_DRAW_FRAMEBUFFER);
+        for (const Attachment& a : kept.owner->attachments)
+            for (const Attachment& b : now)
+                if (a.type == b.type && a.name == b.name && a.point < GL_DEPTH_ATTACHMENT && b.point < GL_DEPTH_ATTACHMENT)
+                    kept.owner->mode = Pass::Mode::none;
+    }
+}
+
+void Context::removed_framebuffer(GLuint name) {
+    if (name == 0) return;
+    if (const auto it = framebuffers_.find(name); it != framebuffers_.end()) {
+        for (Kept& kept : kept_)
+            if (kept.owner == &it->second.pass) kept.owner = nullptr;
+        framebuffers_.erase(it);
+    }
+    if (draw_framebuffer_ == name) draw_framebuffer_ = 0, target_known_ = false;
+    if (read_framebuffer_ == name) read_framebuffer_ = 0;
+}
+
+Framebuffer* Context::find_framebuffer(GLuint name) {
+    const auto it = framebuffers_.find(name);
+    return it == framebuffers_.end() ? nullptr : &it->second;
+}
+
+void Context::check_configured_attachments() {
+    ++attachments_epoch_;
+    for (const auto& [target, name] : {std::pair{GL_DRAW_FRAMEBUFFER, draw_framebuffer_}, std::pair{GL_READ_FRAMEBUFFER, read_framebuffer_}})
+        if (Framebuffer* f = name ? find_framebuffer(name) : nullptr; f && f->config) f->config->compare(read_attachments(target));
+}
+
+bool Context::put_off_deletion(GLuint program) {
+    if (!is_engaged() || program == 0 || static_cast<GLuint>(get_integer(GL_CURRENT_PROGRAM)) != program) return false;
+    deletions_.push_back(program);
+    return true;
+}
+
+void Context::begin_query(GLenum target, Call call) {
+    if (target == GL_TIME_ELAPSED_EXT) return;
+    leave_levels(call);
+    ++occlusion_queries_;
+}
+
+void Context::end_query(GLenum target, Call call) {
+    if (target == GL_TIME_ELAPSED_EXT) return before_finish(call);
+    before_submit(call);
+    if (occlusion_queries_ > 0) --occlusion_queries_;
+}
+
+void Context::release_images() {
+    for (Kept& kept : kept_)
+        if (kept.owner) kept.owner->targets = nullptr, kept.owner->mode = Pass::Mode::none;
+    kept_.clear();
+}
+
+void Context::abandon() noexcept {
+    for (Kept& kept : kept_) kept.targets->abandon();
+    own_.abandon();
+}
+
+}  // namespace fovea::layer

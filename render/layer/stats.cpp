@@ -1,0 +1,64 @@
+#include "render/layer/stats.hpp"
+
+#include <cstdio>
+#include <cstdlib>
+
+namespace fovea::layer {
+
+Stats stats;
+
+const char* call_name(Call call) noexcept {
+    switch (static_cast<unsigned>(call) - static_cast<unsigned>(Call::count_of_gl)) {
+        case 1: return "eglSwapBuffers";
+        case 2: return "eglMakeCurrent";
+        case 3: return "eglCreateSync";
+        case 4: return "(log full)";
+        default: return gl_call_name(call);
+    }
+}
+
+std::string Stats::json() const {
+    std::string out = "{\n";
+    const auto number = [&out](const char* name, const std::atomic<std::uint64_t>& value) {
+        out += std::string("  \"") + name + "\": " + std::to_string(value.load(std::memory_order_relaxed)) + ",\n";
+    };
+    const auto by_call = [&out](const char* name, const std::atomic<std::uint64_t>* values, const char* end) {
+        out += std::string("  \"") + name + "\": {";
+        const char* comma = "";
+        for (unsigned i = 0; i < kCallCount; ++i)
+            if (const std::uint64_t n = values[i].load(std::memory_order_relaxed)) {
+                out += std::string(comma) + "\"" + call_name(static_cast<Call>(i)) + "\": " + std::to_string(n);
+                comma = ", ";
+            }
+        out += end;
+    };
+    number("contexts", contexts);
+    number("frames", frames);
+    number("submissions_native", submissions_native);
+    number("submissions_levels", submissions_levels);
+    number("draws_recorded", draws_recorded);
+    number("resolves", resolves);
+    number("targets_created", targets_created);
+    number("pixels_full", pixels_full);
+    number("pixels_planned", pixels_planned);
+    number("depth_restored", depth_restored);
+    number("extrapolations", extrapolations);
+    by_call("submitted_by", submitted_by, "},\n");
+    by_call("lateness_lost_by", lateness_lost_by, "}\n");
+    return out + "}\n";
+}
+
+void Stats::write_if_asked() const {
+    const char* path = std::getenv("FOVEA_LAYER_STATS");
+    if (!path || !*path) return;
+    std::FILE* file = std::fopen(path, "w");
+    if (!file) {
+        std::fprintf(stderr, "fovea layer: cannot write the counters to %s (FOVEA_LAYER_STATS)\n", path);
+        return;
+    }
+    const std::string text = json();
+    std::fwrite(text.data(), 1, text.size(), file);
+    std::fclose(file);
+}
+
+}  // namespace fovea::layer

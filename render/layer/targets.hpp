@@ -1,0 +1,109 @@
+// The images that the levels of a pass are drawn into, and the layer's own drawing between them: masks, resolve, the
+// way back to full resolution.
+//
+// Level 0 is drawn into the program's own colour images, with a depth and stencil buffer of the layer's; each lower
+// level into images of its own, with the formats and samples of the program's. Images are kept for the next pass of the
+// same description (at most kKeptTargets of them per context).
+// Cost: measured by `fovea_bench --benchmark_filter=Layer`. Threads: one at a time; belongs to a context, which must be
+// current. Errors: create() says no (nullptr) when a format cannot be matched or memory is out; drawing is then at full
+// density.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <vector>
+
+#include "layer_gl.hpp"
+#include "render/density/plan.hpp"
+#include "render/layer/foveation_state.hpp"
+#include "render/layer/replay.hpp"
+
+namespace fovea::layer {
+
+inline constexpr std::size_t kMaxColors = 8;
+inline constexpr std::size_t kKeptTargets = 8;
+
+// What a pass draws into. Equal descriptions can use each other's images.
+struct TargetShape {
+    int width = 0, height = 0, samples = 0;  // samples 0: not multisampled
+    std::array<GLenum, kMaxColors> color{};  // sized format; 0: no such attachment
+    GLenum depth_stencil = 0;                // the layer's own: GL_DEPTH24_STENCIL8, GL_DEPTH32F_STENCIL8, GL_STENCIL_INDEX8
+    bool has_depth = false, has_stencil = false;  // of the program's framebuffer
+    bool layered = false;
+    bool usable = false;                     // false: only full density can be drawn
+    bool operator==(const TargetShape&) const = default;
+};
+
+// Of the framebuffer object bound for drawing, which is complete.
+[[nodiscard]] std::vector<Attachment> read_attachments(GLenum framebuffer_target);
+// Fills target, width and height. State is left as it was; errors of the driver are dropped.
+void find_target(Attachment& attachment);
+[[nodiscard]] TargetShape read_shape(std::vector<Attachment>& attachments);
+
+// Programs and buffers of the layer's own drawing in one context.
+class OwnDrawing {
+public:
+    ~OwnDrawing();
+    void abandon() noexcept { array_ = buffer_ = 0, programs_ = {}; }  // the context is gone
+    // The bins of a level, each grown by grow_x, grow_y, where the viewport shows width x height; all in pixels of
+    // full resolution.
+    struct Rects {
+        const density::Plan* plan = nullptr;
+        int level = 0, width = 0, height = 0;
+        float grow_x = 0, grow_y = 0;
+    };
+    [[nodiscard]] bool ready();  // compiles on first use; false: the driver would not
+    void draw_mask(const Rects& rects);
+    // From the texture of a level into the framebuffer bound for drawing. kind: 'f' filtered, 'n' nearest, 'i', 'u', or
+    // 'd' for depth.
+    void draw_resolve(const Rects& rects, GLuint texture, char kind, int level_width, int level_height);
+
+private:
+    GLuint program(char kind);
+    void draw(GLuint program, const Rects& rects);
+    GLuint array_ = 0, buffer_ = 0;
+    std::array<GLuint, 128> programs_{};
+    bool failed_ = false;
+    std::vector<std::array<GLfloat, 4>> instances_;
+};
+
+class Targets {
+public:
+    [[nodiscard]] static std::unique_ptr<Targets> create(const TargetShape& shape, int level_count);
+    ~Targets();
+    void abandon() noexcept;  // the context is gone, and its objects with it
+    Targets(const Targets&) = delete;
+    Targets& operator=(const Targets&) = delete;
+
+    [[nodiscard]] const TargetShape& shape() const noexcept { return shape_; }
+    // Level 0 draws into these images from now on.
+    void attach_level0(const std::vector<Attachment>& attachments);
+    void bind_for_drawing(int level, const std::vector<GLenum>& draw_buffers);
+    // The masks of all levels for this plan. State: the caller's to restore.
+    void draw_masks(OwnDrawing& own, const density::Plan& plan);
+    void clear_masks(const density::Plan& plan);
+    // The lower levels get what the program's images hold.
+    void load_colors(const density::Plan& plan);
+    // Lower levels into the program's images.
+    void resolve_colors(OwnDrawing& own, const density::Plan& plan);
+    // Depth of all levels into the framebuffer object of the program. False: multisampled, nothing done.
+    bool resolve_depth(OwnDrawing& own, const density::Plan& plan, GLuint program_framebuffer);
+
+private:
+    Targets() = default;
+    struct Level {
+        GLuint framebuffer = 0;
+        std::array<GLuint, kMaxColors> color{};     // texture, or multisampled renderbuffer
+        std::array<GLuint, kMaxColors> resolved{};  // texture of one sample, multisampled only
+        GLuint depth_stencil = 0;                   // texture, or renderbuffer
+        GLuint resolve_framebuffer = 0;             // multisampled only
+        int width = 0, height = 0;
+    };
+    bool create_level(std::size_t level);
+    TargetShape shape_;
+    std::vector<Level> levels_;
+    std::vector<Attachment> level0_;
+    GLuint one_color_ = 0;  // framebuffer with one of the program's images, for the resolve of several
+};
+
+}  // namespace fovea::layer
