@@ -5,6 +5,7 @@ namespace fovea::tools {
 void add_convert(CLI::App& app, int* exit_code);
 void add_devices(CLI::App& app, int* exit_code);
 void add_latency(CLI::App& app, int* exit_code);
+void add_layer(CLI::App& app, int* exit_code);
 void add_replay(CLI::App& app, int* exit_code);
 void add_status(CLI::App& app, int* exit_code);
 void add_version(CLI::App& app, int* exit_code);
@@ -13,6 +14,7 @@ const CommandRow kCommands[] = {
     {"convert", add_convert},
     {"devices", add_devices},
     {"latency", add_latency},
+    {"layer", add_layer},
     {"replay", add_replay},
     {"status", add_status},
     {"version", add_version},

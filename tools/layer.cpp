@@ -1,0 +1,131 @@
+// `fovea layer`: starts a program whose GLES driver has the foveation extensions.
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+
+#include <fmt/core.h>
+
+#include "tools/commands.hpp"
+
+namespace fovea::tools {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct LayerOptions {
+    std::string library, vendor, reading = "area";
+    bool stats = false;
+    std::vector<std::string> program;
+};
+
+// Beside this program as it was built (../lib), or as it was installed.
+std::string find_library() {
+    std::error_code ignored;
+    const fs::path bin = fs::read_symlink("/proc/self/exe", ignored).parent_path();
+    for (const fs::path& candidate : {bin / "../lib/libfovea_layer.so", bin / "../lib/fovea/libfovea_layer.so",
+                                      bin / "../lib/x86_64-linux-gnu/libfovea_layer.so", bin / "libfovea_layer.so"})
+        if (fs::exists(candidate, ignored)) return fs::canonical(candidate, ignored).string();
+    return {};
+}
+
+volatile std::sig_atomic_t child_pid = 0;
+
+void forward(int signal) {
+    if (child_pid > 0) kill(static_cast<pid_t>(child_pid), signal);
+}
+
+// A folder that is gone when this ends.
+struct RunFolder {
+    fs::path path;
+    ~RunFolder() {
+        std::error_code ignored;
+        if (!path.empty()) fs::remove_all(path, ignored);
+    }
+};
+
+int fail_with(const std::string& text, int code) {
+    fmt::print(stderr, "fovea layer: {}\n", text);
+    return code;
+}
+
+int run(const LayerOptions& options) {
+    const std::string library = options.library.empty() ? find_library() : options.library;
+    if (library.empty()) return fail_with("libfovea_layer.so is not beside this program; name it with --library", kBadInput);
+    if (access(library.c_str(), R_OK) != 0) return fail_with(fmt::format("cannot read {}: {}", library, std::strerror(errno)), kBadInput);
+
+    const char* base = std::getenv("XDG_RUNTIME_DIR");
+    std::string name = std::string(base && *base && access(base, W_OK) == 0 ? base : "/tmp") + "/fovea-layer.XXXXXX";
+    if (!mkdtemp(name.data())) return fail_with(fmt::format("cannot make {}: {}", name, std::strerror(errno)), kFailed);
+    const RunFolder folder{name};
+    const fs::path vendor_json = folder.path / "vendor.json", stats_json = folder.path / "stats.json";
+    {
+        std::string escaped;
+        for (const char c : fs::absolute(library).string()) {
+            if (c == '"' || c == '\\') escaped += '\\';
+            escaped += c;
+        }
+        std::ofstream out(vendor_json);
+        out << R"({"file_format_version": "1.0.0", "ICD": {"library_path": ")" << escaped << "\"}}\n";
+        if (!out.flush()) return fail_with(fmt::format("cannot write {}", vendor_json.string()), kFailed);
+    }
+
+    std::vector<char*> arguments;
+    for (const std::string& a : options.program) arguments.push_back(const_cast<char*>(a.c_str()));
+    arguments.push_back(nullptr);
+    for (const int signal : {SIGTERM, SIGHUP, SIGINT, SIGQUIT}) std::signal(signal, forward);
+    const pid_t pid = fork();
+    if (pid < 0) return fail_with(fmt::format("cannot start a process: {}", std::strerror(errno)), kFailed);
+    if (pid == 0) {
+        for (const int signal : {SIGTERM, SIGHUP, SIGINT, SIGQUIT}) std::signal(signal, SIG_DFL);
+        setenv("__EGL_VENDOR_LIBRARY_FILENAMES", vendor_json.c_str(), 1);
+        if (!options.vendor.empty()) setenv("FOVEA_LAYER_VENDOR", options.vendor.c_str(), 1);
+        setenv("FOVEA_LAYER_READING", options.reading.c_str(), 1);
+        if (options.stats) setenv("FOVEA_LAYER_STATS", stats_json.c_str(), 1);
+        execvp(arguments[0], arguments.data());
+        fmt::print(stderr, "fovea layer: cannot start {}: {}\n", options.program[0], std::strerror(errno));
+        _exit(errno == ENOENT ? 127 : 126);
+    }
+    child_pid = static_cast<std::sig_atomic_t>(pid);
+    int status = 0;
+    while (waitpid(pid, &status, 0) < 0)
+        if (errno != EINTR) return fail_with(fmt::format("waiting failed: {}", std::strerror(errno)), kFailed);
+    if (options.stats) {
+        std::ifstream in(stats_json);
+        if (in)
+            std::cerr << in.rdbuf();
+        else
+            fmt::print(stderr, "fovea layer: no counters: the program made no EGL display, or ended without exit()\n");
+    }
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+}  // namespace
+
+void add_layer(CLI::App& app, int* exit_code) {
+    CLI::App* layer = app.add_subcommand("layer", "Foveation extensions for programs on any GLES driver");
+    layer->require_subcommand(1);
+    static LayerOptions options;
+    CLI::App* command = layer->add_subcommand("run", "Start a program whose driver has GL_QCOM_framebuffer_foveated and GL_QCOM_texture_foveated");
+    command->footer("Example: fovea layer run --stats -- ./my_program --its-own-option\n"
+                    "The exit code is the program's; 128 + n when signal n ended it, 127 when it was not found.");
+    command->add_option("--library", options.library, "The layer (default: libfovea_layer.so beside this program)");
+    command->add_option("--vendor", options.vendor, "The EGL vendor library of the driver (default: libEGL_mesa.so.0)");
+    command->add_option("--reading", options.reading, "What half the density means: half the pixels (area), or half along each axis (linear)")
+        ->check(CLI::IsMember({"area", "linear"}))->capture_default_str();
+    command->add_flag("--stats", options.stats, "Print the layer's counters on stderr when the program has ended");
+    command->add_option("program", options.program, "The program and its arguments, after --")->required();
+    command->prefix_command();
+    command->callback([exit_code, command] {
+        if (options.program.empty()) options.program = command->remaining();
+        *exit_code = options.program.empty() ? kUsage : run(options);
+    });
+}
+
+}  // namespace fovea::tools
