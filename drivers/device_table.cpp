@@ -1,6 +1,7 @@
 // The drivers that are built in: one visible row each, in the order in which `fovea devices` lists them.
 #include "drivers/device.hpp"
 #include "drivers/hid/hid_device.hpp"
+#include "drivers/sample/sample_device.hpp"
 #include "drivers/usb/psvr2_device.hpp"
 
 namespace fovea::drivers {
@@ -9,6 +10,7 @@ const std::vector<DeviceRow>& device_table() {
     static const std::vector<DeviceRow> table = {
         {"hid", "any eye tracker of HID usage page 0x12 (Eye and Head Trackers)", hid::create, hid::keys(), hid::list},
         {"psvr2", "PlayStation VR2 over USB", usb::create_psvr2, usb::psvr2_keys(), usb::list_psvr2},
+        {"sample", "a made-up USB tracker: the driver to copy (docs/writing_a_driver.md)", sample::create, sample::keys(), sample::list},
     };
     return table;
 }

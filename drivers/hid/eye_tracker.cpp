@@ -11,12 +11,20 @@ namespace {
 
 struct Point {
     double x = 0, y = 0, z = 0;
-    [[nodiscard]] bool zero() const noexcept { return x == 0 && y == 0 && z == 0; }
 };
 
-// Three fields that form a point or a rotation; null where the device has none. Fields are owned by the descriptor.
+// A field and the line that takes its raw value to SI units, worked out once: unit exponents are powers of ten, and
+// those are too dear for every sample. A field is null where the device has none; fields belong to the descriptor.
+struct Axis {
+    const Field* field = nullptr;
+    double scale = 0, offset = 0;
+    bool known = false;   // the line can be drawn: there is a unit, a quirk or a screen size
+};
+
+// Three axes that form a point or a rotation.
 struct Triple {
-    const Field *x = nullptr, *y = nullptr, *z = nullptr;
+    Axis x, y, z;
+    [[nodiscard]] bool complete() const noexcept { return x.known && y.known && z.known; }
 };
 
 // The value of a 64-bit or shorter counter, counted on over wraps.
@@ -111,13 +119,15 @@ struct EyeTracker::State {
             if (f.kind == ReportKind::input) {
                 if (id >= usage::kPositionX && id <= usage::kPositionZ) {
                     if (Triple* t = triple_for(enclosing(f.collection, usage::kGazePoint, usage::kHeadPosition))) {
-                        const Field*& slot = id == usage::kPositionX ? t->x : id == usage::kPositionY ? t->y : t->z;
+                        const Field*& slot = id == usage::kPositionX   ? t->x.field
+                                             : id == usage::kPositionY ? t->y.field
+                                                                       : t->z.field;
                         if (slot == nullptr) slot = &f;
                     }
                 } else if (id >= usage::kRotationX && id <= usage::kRotationZ) {
-                    const Field*& slot = id == usage::kRotationX   ? head_rotation.x
-                                         : id == usage::kRotationY ? head_rotation.y
-                                                                   : head_rotation.z;
+                    const Field*& slot = id == usage::kRotationX   ? head_rotation.x.field
+                                         : id == usage::kRotationY ? head_rotation.y.field
+                                                                   : head_rotation.z.field;
                     if (slot == nullptr) slot = &f;
                 } else if (id == usage::kSensorTimestamp && timestamp == nullptr) {
                     timestamp = &f;
@@ -127,70 +137,90 @@ struct EyeTracker::State {
             }
         }
         // Parts that travel in another report than the gaze would mix two moments: they are not used.
-        if (gaze.x == nullptr) return;
+        if (gaze.x.field == nullptr) return;
+        const std::uint8_t id = gaze.x.field->report_id;
         const auto drop_foreign = [&](const Field*& f) {
-            if (f != nullptr && f->report_id != gaze.x->report_id) f = nullptr;
+            if (f != nullptr && f->report_id != id) f = nullptr;
         };
         for (Triple* t : {&gaze, &left_eye, &right_eye, &head, &head_rotation}) {
-            drop_foreign(t->x);
-            drop_foreign(t->y);
-            drop_foreign(t->z);
+            drop_foreign(t->x.field);
+            drop_foreign(t->y.field);
+            drop_foreign(t->z.field);
         }
         drop_foreign(timestamp);
-        if (status != nullptr && status->report_id == gaze.x->report_id) has_status_report = false;
+        if (status != nullptr && status->report_id == id) has_status_report = false;
         else has_status_report = status != nullptr;
     }
 
-    [[nodiscard]] std::optional<std::int64_t> read(const Field* f, std::span<const std::uint8_t> payload) const noexcept {
-        if (f == nullptr) return std::nullopt;
-        const auto raw = raw_value(*f, payload);
-        if (!raw || (!quirks.ignore_logical_range && !in_logical_range(*f, *raw))) return std::nullopt;
-        return raw;
+    // `screen_m`: what the whole logical range spans when the field names no unit (0: unknown).
+    void draw_line(Axis& axis, Quantity quantity, double screen_m) const noexcept {
+        axis.known = false;
+        if (axis.field == nullptr) return;
+        const Field& f = *axis.field;
+        const UnitMeaning unit = unit_meaning(f.unit, f.unit_exponent);
+        if (quantity == Quantity::length && quirks.length_unit_m) {
+            axis.scale = *quirks.length_unit_m;
+            axis.offset = 0;
+        } else if (unit.quantity == quantity) {
+            const bool bent = (f.physical_min != 0 || f.physical_max != 0) && f.logical_max > f.logical_min;
+            axis.scale = (bent ? (static_cast<double>(f.physical_max) - static_cast<double>(f.physical_min)) /
+                                     static_cast<double>(f.logical_max - f.logical_min)
+                               : 1.0) * unit.to_si;
+            axis.offset = bent ? static_cast<double>(f.physical_min) * unit.to_si - static_cast<double>(f.logical_min) * axis.scale : 0;
+        } else if (screen_m > 0 && f.logical_max > f.logical_min) {
+            axis.scale = screen_m / static_cast<double>(f.logical_max - f.logical_min);
+            axis.offset = -static_cast<double>(f.logical_min) * axis.scale;
+        } else {
+            return;
+        }
+        axis.known = true;
     }
 
-    // Metres, or nothing. `screen_m`: what the whole logical range spans when the field names no unit (0: unknown).
-    [[nodiscard]] std::optional<double> metres(const Field* f, std::span<const std::uint8_t> payload,
-                                               double screen_m) const noexcept {
-        const auto raw = read(f, payload);
-        if (!raw) return std::nullopt;
-        if (quirks.length_unit_m) return static_cast<double>(*raw) * *quirks.length_unit_m;
-        const UnitMeaning unit = unit_meaning(f->unit, f->unit_exponent);
-        if (unit.quantity == Quantity::length) return physical_value(*f, *raw) * unit.to_si;
-        if (screen_m <= 0 || f->logical_max <= f->logical_min) return std::nullopt;
-        const auto low = static_cast<double>(f->logical_min);
-        return (static_cast<double>(*raw) - low) / (static_cast<double>(f->logical_max) - low) * screen_m;
+    void draw_lines() noexcept {
+        draw_line(gaze.x, Quantity::length, width_m);
+        draw_line(gaze.y, Quantity::length, height_m);
+        draw_line(gaze.z, Quantity::length, 0);
+        for (Triple* t : {&left_eye, &right_eye, &head})
+            for (Axis* a : {&t->x, &t->y, &t->z}) draw_line(*a, Quantity::length, 0);
+        for (Axis* a : {&head_rotation.x, &head_rotation.y, &head_rotation.z}) draw_line(*a, Quantity::angle, 0);
     }
 
-    [[nodiscard]] std::optional<Point> point(const Triple& t, std::span<const std::uint8_t> payload,
-                                             bool on_screen) const noexcept {
-        const auto x = metres(t.x, payload, on_screen ? width_m : 0), y = metres(t.y, payload, on_screen ? height_m : 0);
-        const auto z = t.z == nullptr ? std::optional<double>(0.0) : metres(t.z, payload, 0);
-        if (!x || !y || !z) return std::nullopt;
-        return Point{quirks.flip_x ? width_m - *x : *x, quirks.flip_y ? height_m - *y : *y, quirks.flip_z ? -*z : *z};
+    // False where the device says "no value"; `zero` tells whether the raw value was 0.
+    bool read(const Axis& axis, std::span<const std::uint8_t> payload, double& value, bool& zero) const noexcept {
+        if (!axis.known) return false;
+        const auto raw = raw_value(*axis.field, payload);
+        if (!raw || (!quirks.ignore_logical_range && !in_logical_range(*axis.field, *raw))) return false;
+        zero = *raw == 0;
+        value = static_cast<double>(*raw) * axis.scale + axis.offset;
+        return true;
+    }
+
+    Point turned(Point p) const noexcept {
+        if (quirks.flip_x) p.x = width_m - p.x;
+        if (quirks.flip_y) p.y = height_m - p.y;
+        if (quirks.flip_z) p.z = -p.z;
+        return p;
     }
 
     // A position in space needs all three coordinates; (0, 0, 0) lies on the glass and means "not seen".
     [[nodiscard]] std::optional<Point> eye_position(const Triple& t, std::span<const std::uint8_t> payload) const noexcept {
-        if (t.x == nullptr || t.y == nullptr || t.z == nullptr) return std::nullopt;
-        const auto rx = raw_value(*t.x, payload), ry = raw_value(*t.y, payload), rz = raw_value(*t.z, payload);
-        if (rx == 0 && ry == 0 && rz == 0) return std::nullopt;
-        return point(t, payload, false);
+        Point p;
+        bool zx = false, zy = false, zz = false;
+        if (!read(t.x, payload, p.x, zx) || !read(t.y, payload, p.y, zy) || !read(t.z, payload, p.z, zz)) return std::nullopt;
+        if (zx && zy && zz) return std::nullopt;
+        return turned(p);
     }
 
     void decode_head(std::span<const std::uint8_t> payload, GazeSample& out) const noexcept {
         out.head = {};
-        const Triple& r = head_rotation;
-        if (r.x == nullptr || r.y == nullptr || r.z == nullptr) return;
-        double angle[3];
-        const Field* const fields[3] = {r.x, r.y, r.z};
-        for (int i = 0; i < 3; ++i) {
-            const auto raw = read(fields[i], payload);
-            const UnitMeaning unit = unit_meaning(fields[i]->unit, fields[i]->unit_exponent);
-            if (!raw || unit.quantity != Quantity::angle) return;
-            angle[i] = physical_value(*fields[i], *raw) * unit.to_si;
-        }
+        if (!head_rotation.complete()) return;
+        double ax = 0, ay = 0, az = 0;
+        bool zero = false;
+        if (!read(head_rotation.x, payload, ax, zero) || !read(head_rotation.y, payload, ay, zero) ||
+            !read(head_rotation.z, payload, az, zero))
+            return;
         // Device axes to ours: y and z change sign with the turn of the y axis about x (x right, y down, z to the user).
-        const double hx = angle[0] / 2, hy = -angle[1] / 2, hz = -angle[2] / 2;
+        const double hx = ax / 2, hy = -ay / 2, hz = -az / 2;
         const double cx = std::cos(hx), sx = std::sin(hx), cy = std::cos(hy), sy = std::sin(hy), cz = std::cos(hz),
                      sz = std::sin(hz);
         // Turns about x, then y, then z, all about fixed axes.
@@ -201,11 +231,14 @@ struct EyeTracker::State {
 
     void decode_gaze(std::span<const std::uint8_t> payload, GazeSample& out) const noexcept {
         for (EyeState& e : out.eyes) e = {};
-        const bool has_eyes = left_eye.x != nullptr || right_eye.x != nullptr;
-        const auto target = point(gaze, payload, true);
+        Point target;
+        bool zx = false, zy = false, zz = false;
+        if (!read(gaze.x, payload, target.x, zx) || !read(gaze.y, payload, target.y, zy)) return;
+        if (gaze.z.known && !read(gaze.z, payload, target.z, zz)) return;
+        target = turned(target);
         const auto left = eye_position(left_eye, payload), right = eye_position(right_eye, payload);
-        const bool gaze_zero = raw_value(*gaze.x, payload) == 0 && raw_value(*gaze.y, payload) == 0;
-        if (!target || (has_eyes && !left && !right) || (gaze_zero && !left && !right)) return;
+        const bool has_eyes = left_eye.x.field != nullptr || right_eye.x.field != nullptr;
+        if (!left && !right && (has_eyes || (zx && zy))) return;
 
         Point origin;
         if (left && right)
@@ -218,7 +251,7 @@ struct EyeTracker::State {
             origin = {width_m / 2, height_m / 2, settings.viewing_distance_m};
         const auto fill = [&](Eye eye, const Point& from) {
             EyeState& e = out.eye(eye);
-            e.gaze_dir_head = ray(from, *target, e.valid);
+            e.gaze_dir_head = ray(from, target, e.valid);
         };
         fill(Eye::combined, origin);
         if (left) fill(Eye::left, *left);
@@ -235,6 +268,7 @@ struct EyeTracker::State {
         const Capabilities& k = capabilities;
         width_m = pick(settings.width_m, k.screen_width_m, quirks.screen_width_m, k.max_screen_width_m);
         height_m = pick(settings.height_m, k.screen_height_m, quirks.screen_height_m, k.max_screen_height_m);
+        draw_lines();
     }
 
     // One field of a feature or status report, by its usage.
@@ -302,11 +336,11 @@ Result<EyeTracker> EyeTracker::create(std::span<const std::uint8_t> report_descr
         return fail("the report descriptor has no Eye Tracker collection (usage page 0x12, usage 0x01)", {},
                     "`fovea devices --dump` prints it in words");
     s->find_fields();
-    if (s->gaze.x == nullptr || s->gaze.y == nullptr)
+    if (s->gaze.x.field == nullptr || s->gaze.y.field == nullptr)
         return fail("the eye tracker's reports carry no gaze point (usage 0x12:0x24 with positions X and Y)", {},
                     "`fovea devices --dump` prints its report descriptor in words");
 
-    s->gaze_report = s->gaze.x->report_id;
+    s->gaze_report = s->gaze.x.field->report_id;
     s->gaze_format = d.find_report(ReportKind::input, s->gaze_report);
     if (s->has_status_report) {
         s->status_report = s->status->report_id;
@@ -314,9 +348,9 @@ Result<EyeTracker> EyeTracker::create(std::span<const std::uint8_t> report_descr
     }
     Capabilities& k = s->capabilities;
     k.gaze = true;
-    k.eye_positions = s->left_eye.x != nullptr || s->right_eye.x != nullptr;
-    k.head_position = s->head.x != nullptr;
-    k.head_rotation = s->head_rotation.x != nullptr;
+    k.eye_positions = s->left_eye.x.field != nullptr || s->right_eye.x.field != nullptr;
+    k.head_position = s->head.x.field != nullptr;
+    k.head_rotation = s->head_rotation.x.field != nullptr;
     if (quirks.sampling_hz) k.sampling_hz = *quirks.sampling_hz;
     if (s->timestamp != nullptr) {
         const Field& t = *s->timestamp;
@@ -369,7 +403,7 @@ Result<void> EyeTracker::check_geometry() const {
     const State& s = *state_;
     if (s.width_m > 0 && s.height_m > 0) return {};
     const bool metric = s.quirks.length_unit_m ||
-                        unit_meaning(s.gaze.x->unit, s.gaze.x->unit_exponent).quantity == Quantity::length;
+                        unit_meaning(s.gaze.x.field->unit, s.gaze.x.field->unit_exponent).quantity == Quantity::length;
     if (!metric)
         return fail("the gaze point has no unit of length and the device tells no screen size", {},
                     "set screen_width_m and screen_height_m under [source]");

@@ -1,0 +1,322 @@
+# The lab's cases, run inside the virtual machine. Arguments: which cases (default: all).
+set -u
+lab=$LAB_BIN/lab_
+recording=tests/data/recordings/eyelink_lookatpoint_s1.csv
+export FOVEA_DEVICES_DIR=$PWD/configs/devices
+failures=0
+pass() { echo "PASS $*"; }
+bad() { echo "FAIL $*"; failures=$((failures + 1)); }
+check() { # check STATUS TEXT
+    if [ "$1" -eq 0 ]; then pass "$2"; else bad "$2"; fi
+}
+step() { echo "== [$(cut -d' ' -f1 /proc/uptime)] $*"; }
+await() { # await SECONDS COMMAND...: until it succeeds
+    local left=$(($1 * 20))
+    shift
+    until "$@" >/dev/null 2>&1; do
+        left=$((left - 1))
+        [ $left -gt 0 ] || return 1
+        sleep 0.05
+    done
+}
+end() { # end PID: the emulated device is pulled out and its log is complete
+    kill "$1" 2>/dev/null
+    wait "$1"
+    await 5 gone
+}
+usb_there() { grep -qs "$1" /sys/bus/usb/devices/*/idProduct; }
+gone() { ! ls /dev/hidraw* && ! grep -sE "0cde|e7e3" /sys/bus/usb/devices/*/idProduct; }
+field() { grep -o "$2=[^ ]*" <<<"$1" | head -1 | cut -d= -f2; }
+wanted() { [ ${#cases[@]} -eq 0 ] || [[ " ${cases[*]} " == *" $1 "* ]]; }
+cases=("$@")
+
+# Samples as `fovea devices --watch` prints them, as a recording that lab_probe compare reads.
+watch_to_recording() {
+    { echo "# fovea-gaze-csv 1"; echo "# device: fovea devices --watch"
+      echo "t_ns,combined_az_deg,combined_el_deg,combined_valid"
+      grep -v '^#' "$1" | awk -F, '{v = ($6 != ""); print $2 "," $6 "," $7 "," v}'; } >"$2"
+}
+
+hid_shape() { # hid_shape SHAPE TOLERANCE_US TOLERANCE_MDEG [SETTING...]
+    local shape=$1 us=$2 mdeg=$3
+    shift 3
+    local set=()
+    for s in "$@"; do set+=(--set "$s"); done
+    ${lab}uhid_tracker --shape "$shape" --rate 120 --count 240 --recording $recording --truth /run/lab/truth.csv >/run/lab/tracker.log &
+    local tracker=$!
+    await 5 ls /dev/hidraw0 || { bad "hid $shape: hidraw node appears"; return; }
+    "$LAB_BIN/fovea" devices hid --dump >/run/lab/list.txt
+    grep -q "gives gaze point" /run/lab/list.txt
+    check $? "hid $shape: listed with its capabilities ($(grep -c ' bits' /run/lab/list.txt) fields dumped)"
+    "$LAB_BIN/fovea" devices hid --watch --count 200 --patience 5 "${set[@]}" >/run/lab/watch.csv
+    check $? "hid $shape: 200 samples, $(tail -1 /run/lab/watch.csv)"
+    end $tracker
+    cat /run/lab/tracker.log
+    if [ "$shape" != inches ]; then   # it has no clock, so a sample cannot be told from its neighbour
+        watch_to_recording /run/lab/watch.csv /run/lab/watch_recording.csv
+        local result
+        result=$(${lab}probe compare /run/lab/truth.csv /run/lab/watch_recording.csv --least 200 --tolerance-us "$us" --tolerance-mdeg "$mdeg")
+        check $? "hid $shape: values and times are the recording's ($result)"
+    fi
+}
+
+case_hid() {
+    step hid
+    modprobe -a uhid hid-generic || { bad "hid: modules"; return; }
+    await 5 ls /dev/uhid
+    hid_shape classic 0 1
+    hid_shape packed 1000 20 screen_width_m=0.5 screen_height_m=0.3
+    hid_shape ratio 100 20
+    hid_shape inches 0 10 screen_width_m=0.5 screen_height_m=0.3
+
+    step "hid: malformed reports"
+    ${lab}uhid_tracker --rate 120 --count 240 --malformed-every 5 --truth /run/lab/truth.csv --recording $recording >/run/lab/tracker.log &
+    local tracker=$!
+    await 5 ls /dev/hidraw0
+    "$LAB_BIN/fovea" devices hid --watch --count 150 --patience 5 >/run/lab/watch.csv 2>&1
+    end $tracker
+    watch_to_recording /run/lab/watch.csv /run/lab/watch_recording.csv
+    local result
+    result=$(${lab}probe compare /run/lab/truth.csv /run/lab/watch_recording.csv --least 150)
+    check $? "hid: malformed reports between good ones harm none of them ($(tail -1 /run/lab/watch.csv)) ($result)"
+
+    step "hid: permission"
+    ${lab}uhid_tracker --rate 120 --recording $recording >/run/lab/tracker.log &
+    tracker=$!
+    await 5 ls /dev/hidraw0
+    udevadm settle --timeout=10
+    local group
+    group=$(stat -c %G /dev/hidraw0)
+    [ "$group" = plugdev ]
+    check $? "hid: the udev rule gives the node to plugdev (is: $group, mode $(stat -c %a /dev/hidraw0))"
+    chmod 000 /dev/hidraw0
+    setpriv --reuid 65534 --regid 65534 --clear-groups "$LAB_BIN/fovea" devices hid --watch >/run/lab/denied.txt 2>&1
+    grep -q "60-fovea.rules" /run/lab/denied.txt
+    check $? "hid: permission denied names the udev rule"
+    setpriv --reuid 65534 --regid 65534 --clear-groups "$LAB_BIN/fovea" devices hid >/run/lab/denied.txt 2>&1
+    grep -q "CANNOT BE USED" /run/lab/denied.txt && grep -q "gives gaze point" /run/lab/denied.txt
+    check $? "hid: listed with its capabilities although it may not be opened"
+    end $tracker
+
+    step "hid: silent"
+    ${lab}uhid_tracker --rate 120 --silent-after 60 --recording $recording >/run/lab/tracker.log &
+    tracker=$!
+    await 5 ls /dev/hidraw0
+    result=$(${lab}probe watch hid --losses 1 --seconds 20 --set silent_ms=500)
+    check $? "hid: a tracker that says nothing any more counts as lost"
+    grep -q "last_loss='silent'" <<<"$result"
+    check $? "hid: and says so ($(head -1 <<<"$result"))"
+    end $tracker
+}
+
+case_usb() {
+    step usb
+    modprobe vhci-hcd || { bad "usb: modules"; return; }
+    local result headset
+    ${lab}usb_headset --rate 120 --count 300 --deaf 1 --recording $recording --truth /run/lab/truth.csv >/run/lab/headset.log &
+    headset=$!
+    await 10 usb_there 0cde
+    sleep 0.5
+    "$LAB_BIN/fovea" devices psvr2 --dump >/run/lab/list.txt
+    grep -q "endpoint 0x85 bulk in" /run/lab/list.txt
+    check $? "usb: the headset is listed with its endpoints"
+    "$LAB_BIN/fovea" devices psvr2 --watch --count 250 --patience 5 >/run/lab/watch.csv
+    check $? "usb: 250 packets ($(tail -1 /run/lab/watch.csv))"
+    end $headset
+    cat /run/lab/headset.log
+    grep -q "streaming after 2 requests" /run/lab/headset.log
+    check $? "usb: the enable request is repeated until it takes"
+    watch_to_recording /run/lab/watch.csv /run/lab/watch_recording.csv
+    result=$(${lab}probe compare /run/lab/truth.csv /run/lab/watch_recording.csv --least 250)
+    check $? "usb: values and times are the recording's ($result)"
+
+    step "usb: faults"
+    ${lab}usb_headset --rate 120 --count 300 --stall-every 40 --torn-every 7 --short-every 11 --overlong-every 13 \
+        --recording $recording --truth /run/lab/truth.csv >/run/lab/headset.log &
+    headset=$!
+    await 10 usb_there 0cde
+    sleep 0.5
+    "$LAB_BIN/fovea" devices psvr2 --watch --count 280 --patience 5 >/run/lab/watch.csv
+    check $? "usb: 280 packets between stalls, torn, short and overlong transfers ($(tail -1 /run/lab/watch.csv))"
+    end $headset
+    cat /run/lab/headset.log
+    watch_to_recording /run/lab/watch.csv /run/lab/watch_recording.csv
+    result=$(${lab}probe compare /run/lab/truth.csv /run/lab/watch_recording.csv --least 280)
+    check $? "usb: and no good packet is lost or changed ($result)"
+    ${lab}usb_headset --rate 120 --count 150 --endpoint interrupt --recording $recording >/run/lab/headset.log &
+    headset=$!
+    await 10 usb_there 0cde
+    sleep 0.5
+    result=$(${lab}probe watch psvr2 --count 100 --seconds 20)
+    check $? "usb: an interrupt endpoint serves as well ($(head -1 <<<"$result"))"
+    end $headset
+}
+
+case_sample() {
+    step sample
+    modprobe vhci-hcd
+    ${lab}usb_headset --device sample --rate 120 --count 150 --recording $recording --truth /run/lab/truth.csv >/run/lab/headset.log &
+    local headset=$! result
+    await 10 usb_there e7e3
+    sleep 0.5
+    "$LAB_BIN/fovea" devices sample --watch --count 120 --patience 5 >/run/lab/watch.csv
+    check $? "sample: 120 packets ($(tail -1 /run/lab/watch.csv))"
+    end $headset
+    watch_to_recording /run/lab/watch.csv /run/lab/watch_recording.csv
+    result=$(${lab}probe compare /run/lab/truth.csv /run/lab/watch_recording.csv --least 120 --tolerance-us 100 --tolerance-mdeg 10)
+    check $? "sample: the driver to copy works: values and times are the recording's ($result)"
+}
+
+case_life() {
+    step "life: 50 unplugs in mid-stream"
+    modprobe -a uhid hid-generic vhci-hcd
+    local result
+    ${lab}uhid_tracker --rate 250 --cycles 50 --count 15 --recording $recording >/run/lab/tracker.log &
+    local tracker=$!
+    result=$(${lab}probe watch hid --losses 50 --seconds 90)
+    check $? "life: 50 HID unplugs in mid-stream are 50 losses ($(head -1 <<<"$result"))"
+    echo "$result"
+    [ "$(field "$result" files)" = "$(field "$result" files_at_third_open)" ]
+    check $? "life: and leak no file ($(grep files= <<<"$result"))"
+    end $tracker
+    ${lab}usb_headset --rate 250 --cycles 50 --count 15 --recording $recording >/run/lab/headset.log &
+    local headset=$!
+    result=$(${lab}probe watch psvr2 --losses 50 --seconds 120)
+    check $? "life: 50 USB unplugs in mid-stream are 50 losses ($(head -1 <<<"$result"))"
+    echo "$result"
+    [ "$(field "$result" files)" = "$(field "$result" files_at_third_open)" ]
+    check $? "life: and leak no file ($(grep files= <<<"$result"))"
+    end $headset
+}
+
+daemon_cpu_ms() { awk -v hz="$(getconf CLK_TCK)" '{print int(($14 + $15) * 1000 / hz)}' "/proc/$1/stat"; }
+start_daemon() { # start_daemon SETTING...: fovead with a session file; its pid in $daemon
+    rm -rf /run/lab/session* /run/lab/fovea
+    mkdir -p /run/lab/fovea
+    local set=()
+    for s in "$@"; do set+=(--set "$s"); done
+    "$LAB_BIN/fovead" --run-dir /run/lab/fovea ${record---record /run/lab/session.fovea} "${set[@]}" >>/run/lab/daemon.log 2>&1 &
+    daemon=$!
+    await 10 "$LAB_BIN/fovea" status --run-dir /run/lab/fovea || bad "daemon: fovead answers"
+}
+stop_daemon() {
+    kill -TERM "$daemon"
+    wait "$daemon"
+    check $? "$1: fovead ends cleanly"
+}
+
+case_daemon() {
+    step "daemon: HID to published focus"
+    modprobe -a uhid hid-generic vhci-hcd
+    local daemon result
+    ${lab}uhid_tracker --rate 250 --count 2000 --recording $recording --truth /run/lab/truth.csv >/run/lab/tracker.log &
+    local tracker=$!
+    await 5 ls /dev/hidraw0
+    start_daemon source.driver=hid filter.name=none
+    sleep 6
+    stop_daemon "daemon, hid"
+    end $tracker
+    result=$(${lab}probe compare /run/lab/truth.csv /run/lab/session.fovea --least 600)
+    check $? "daemon: fovead's raw samples are the recording's, none missing ($result)"
+    result=$(${lab}probe session /run/lab/truth.csv /run/lab/session.fovea --least 500)
+    check $? "daemon: HID to published focus, values and times are the recording's ($result)"
+
+    step "daemon: USB to published focus"
+    ${lab}usb_headset --rate 120 --recording $recording --truth /run/lab/truth.csv >/run/lab/headset.log &
+    local headset=$!
+    await 10 usb_there 0cde
+    start_daemon source.driver=psvr2 filter.name=none
+    sleep 6
+    stop_daemon "daemon, usb"
+    end $headset
+    result=$(${lab}probe session /run/lab/truth.csv /run/lab/session.fovea --least 250)
+    check $? "daemon: USB to published focus, values and times are the recording's ($result)"
+
+    step "daemon: 50 unplugs in mid-stream"
+    start_daemon source.driver=hid
+    ${lab}uhid_tracker --rate 250 --cycles 50 --count 15 --recording $recording >/run/lab/tracker.log &
+    tracker=$!
+    local files_before files_after
+    sleep 3
+    files_before=$(ls /proc/$daemon/fd | wc -l)
+    wait $tracker
+    cat /run/lab/tracker.log | tail -1
+    grep -q "50 cycles" /run/lab/tracker.log
+    check $? "daemon: fovead opens the tracker again after each of 50 unplugs"
+    sleep 0.5
+    files_after=$(ls /proc/$daemon/fd | wc -l)
+    [ "$files_after" -le "$files_before" ]
+    check $? "daemon: no file leaks ($files_before then $files_after open)"
+    "$LAB_BIN/fovea" status --run-dir /run/lab/fovea
+    ${lab}uhid_tracker --rate 250 --recording $recording >/run/lab/tracker.log &
+    tracker=$!
+    sleep 7   # the daemon's retries are up to 5 s apart
+    "$LAB_BIN/fovea" status --run-dir /run/lab/fovea | tee /run/lab/status.txt
+    grep -q running /run/lab/status.txt
+    check $? "daemon: and streams again afterwards"
+
+    step "daemon: processor time, no recorder"
+    stop_daemon "daemon, after 50 unplugs"
+    local before after record=""
+    start_daemon source.driver=hid
+    sleep 2
+    before=$(daemon_cpu_ms $daemon)
+    sleep 10
+    after=$(daemon_cpu_ms $daemon)
+    echo "MEASURED daemon cpu at 250 Hz HID: $(((after - before) / 100)).$(((after - before) % 100 / 10)) % of a core (emulated processor, 10 to 15 times slower than this machine's)"
+    ${lab}probe floor-hid /dev/hidraw0 --count 100000 >/dev/null &
+    local floor=$!
+    sleep 1
+    before=$(daemon_cpu_ms $floor)
+    sleep 10
+    after=$(daemon_cpu_ms $floor)
+    echo "MEASURED floor cpu at 250 Hz HID (a bare read loop): $(((after - before) / 100)).$(((after - before) % 100 / 10)) %"
+    kill $floor
+    end $tracker
+    sleep 1
+    before=$(daemon_cpu_ms $daemon)
+    sleep 10
+    after=$(daemon_cpu_ms $daemon)
+    echo "MEASURED daemon cpu with no device: $(((after - before) / 100)).$(((after - before) % 100 / 10)) % of a core (emulated processor)"
+    stop_daemon "daemon, without a device"
+}
+
+case_latency() {
+    step latency
+    modprobe -a uhid hid-generic vhci-hcd
+    local floor ours n=1000
+    ${lab}uhid_tracker --rate 250 --stamps monotonic --recording $recording >/run/lab/tracker.log &
+    local tracker=$!
+    await 5 ls /dev/hidraw0
+    floor=$(${lab}probe floor-hid /dev/hidraw0 --count $n)
+    ours=$(${lab}probe watch hid --count $n --latency yes | grep latency)
+    echo "MEASURED hid floor $floor"
+    echo "MEASURED hid driver $ours"
+    end $tracker
+    local daemon
+    ${lab}uhid_tracker --rate 250 --stamps monotonic --recording $recording --truth /run/lab/truth.csv >/run/lab/tracker.log &
+    tracker=$!
+    await 5 ls /dev/hidraw0
+    start_daemon source.driver=hid
+    sleep 8
+    stop_daemon latency
+    end $tracker
+    ${lab}probe session /run/lab/truth.csv /run/lab/session.fovea --latency yes --tolerance-mdeg 180000 >/run/lab/latency.txt
+    echo "MEASURED hid to published focus $(grep '^published' /run/lab/latency.txt)"
+    echo "MEASURED hid exposure by clock sync: $(grep exposed_off /run/lab/latency.txt) (worst, after 500 samples)"
+    ${lab}usb_headset --rate 120 --stamps monotonic --recording $recording >/run/lab/headset.log &
+    local headset=$!
+    await 10 usb_there 0cde
+    sleep 0.5
+    floor=$(${lab}probe floor-usb --count $n)
+    ours=$(${lab}probe watch psvr2 --count $n --latency yes | grep latency)
+    echo "MEASURED usb floor $floor"
+    echo "MEASURED usb driver $ours"
+    end $headset
+}
+
+for one in hid usb sample camera daemon life latency; do
+    if wanted $one && declare -F case_$one >/dev/null; then case_$one; fi
+done
+step "done"
+[ $failures -eq 0 ]
