@@ -339,8 +339,8 @@ TEST(Client, GoesOnWhileItsDaemonIsKilledAndStartedAgain) {
     ASSERT_EQ(c.result, FOVEA_OK);
     for (std::uint64_t round = 1; round <= 3; ++round) {
         Child daemon([&] {
-            TinyDaemon d(dir.path());
-            for (std::uint64_t n = 1;; ++n) {
+            fovea::test::TinyService d(dir.path());
+            for (std::uint64_t n = 1; d.serve(0, -1); ++n) {
                 d.focus.publish(looking(at(0.1), n));
                 d.focus.beat(MonotonicClock::now());
             }
