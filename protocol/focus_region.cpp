@@ -11,6 +11,20 @@ namespace {
 
 constexpr int kReadAttempts = 8;   // each is refused only if the writer laps all slots during one copy
 
+template <class GetEye>
+bool copy_newest(const FocusRegion& region, MotionModel& model, std::uint8_t eyes, GetEye get_eye) noexcept {
+    for (int attempt = 0; attempt < kReadAttempts; ++attempt) {
+        const std::uint64_t latest = region.latest.load(std::memory_order_acquire);   // acquire: the slot is whole
+        if (latest == 0) return false;
+        const FocusSlot& slot = region.slots[latest % kFocusSlots];
+        SeqlockReader r(slot.sequence, slot.words, latest);
+        if (!r.whole()) continue;
+        get(r, model, eyes, get_eye);
+        if (r.still_whole()) return true;
+    }
+    return false;
+}
+
 // Tells one start of the daemon from the next; not a secret, so the clock serves where no random bytes are to be had.
 std::uint64_t new_epoch(Instant now) noexcept {
     std::uint64_t epoch = 0;
@@ -83,16 +97,11 @@ Result<FocusReader> FocusReader::map(int fd) {
 }
 
 bool FocusReader::read(MotionModel& model, std::uint8_t eyes) const noexcept {
-    for (int attempt = 0; attempt < kReadAttempts; ++attempt) {
-        const std::uint64_t latest = region().latest.load(std::memory_order_acquire);   // acquire: the slot is whole
-        if (latest == 0) return false;
-        const FocusSlot& slot = region().slots[latest % kFocusSlots];
-        SeqlockReader r(slot.sequence, slot.words, latest);
-        if (!r.whole()) continue;
-        get(r, model, eyes);
-        if (r.still_whole()) return true;
-    }
-    return false;
+    return copy_newest(region(), model, eyes, WholeModel{});
+}
+
+bool FocusReader::read_at(MotionModel& model, std::uint8_t eyes, Instant t) const noexcept {
+    return copy_newest(region(), model, eyes, ModelAt{t});
 }
 
 std::optional<LossPolicy> FocusReader::new_policy() noexcept {

@@ -102,6 +102,8 @@ public:
     // the combined one, so that model.eye(e) is right for every e asked for. False: nothing published yet, or the
     // writer lapped every attempt ("no fresh answer"); `model` is then unspecified.
     [[nodiscard]] bool read(MotionModel& model, std::uint8_t eyes = kAllEyes) const noexcept;
+    // The same for one latch: of each eye copies only what evaluate() at `t` looks at; the rest of `model` stays.
+    [[nodiscard]] bool read_at(MotionModel& model, std::uint8_t eyes, Instant t) const noexcept;
     // The policy, if it is newer than the one this object returned last.
     [[nodiscard]] std::optional<LossPolicy> new_policy() noexcept;
     // Models published so far by this daemon; changes exactly when read() has something new.

@@ -75,6 +75,10 @@ struct GazeEstimate {
     bool operator==(const GazeEstimate&) const = default;
 };
 
+// The horizon i for which the prediction at t lies between horizons[i] and horizons[i + 1]: what evaluate() looks at.
+// 0 before the reference, the last interval after the last horizon.
+[[nodiscard]] std::size_t horizon_before(Instant reference, Instant t) noexcept;
+
 // The prediction alone, no loss policy. Any t is legal: before `reference` the answer is that of `reference`.
 // Cost: about 40 ns. noexcept, no allocation.
 [[nodiscard]] GazeEstimate evaluate(const EyeMotion& motion, Instant t) noexcept;

@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <bit>
 #include <cerrno>
+#include <cstring>
+#include <new>
 
 namespace fovea::client {
 namespace {
@@ -80,12 +82,25 @@ void Client::take_mapping() noexcept {
     if (mailbox_.take(mapping_)) from_this_daemon_ = false;
 }
 
+const View* Client::view(unsigned i, const fovea_view& given) noexcept {
+    // Bit for bit: equal bits give an equal answer.
+    if (std::memcmp(&views_given_[i], &given, sizeof given) != 0) {
+        const std::optional<View> checked = view_of(given);
+        if (!checked) return nullptr;
+        views_[i] = *checked;
+        views_given_[i] = given;
+    }
+    return &views_[i];
+}
+
 void Client::latch(Instant photon, std::uint8_t eyes, Estimates& estimates, fovea_latch_info& info) noexcept {
     if (mailbox_.waiting()) take_mapping();
     bool live = false;
     if (mapping_ != nullptr) {
         if (auto policy = mapping_->focus.new_policy()) policy_ = *policy;
-        if (mapping_->focus.read(models_[1 - model_], eyes)) {
+        // The light read leaves horizons of older models in the buffer; if no read comes through (the writer lapped
+        // every attempt), the last buffer is evaluated at a new time, with the old model's neighbours at worst.
+        if (mapping_->focus.read_at(models_[1 - model_], eyes, photon)) {
             model_ = 1 - model_;
             eyes_held_ = eyes;
             from_this_daemon_ = true;
@@ -102,7 +117,7 @@ void Client::latch(Instant photon, std::uint8_t eyes, Estimates& estimates, fove
     for (unsigned e = 0; e < kEyeCount; ++e) {
         if ((eyes >> e & 1) == 0) continue;
         if (eyes_held_ == 0) {
-            estimates[e] = evaluate(EyeMotion{}, policy_, photon);
+            new (&estimates.of_eye[e]) GazeEstimate(evaluate(EyeMotion{}, policy_, photon));
             continue;
         }
         // An eye that the last model does not hold (only after a failed read): another one is the best there is.
@@ -111,7 +126,8 @@ void Client::latch(Instant photon, std::uint8_t eyes, Estimates& estimates, fove
         EyeMotion& motion = model.eyes[source];
         // A dead daemon's gaze cannot be newer than its last heartbeat, whatever its clock said: it must grow old.
         if (!live) motion.reference = std::min(motion.reference, last_beat_);
-        estimates[e] = evaluate(motion, policy_, photon);
+        // Constructed in place: an assignment would read back 16 bytes at a time what was just written in eights.
+        new (&estimates.of_eye[e]) GazeEstimate(evaluate(motion, policy_, photon));
     }
     latches_.add();
     if (!live) stale_latches_.add();

@@ -35,8 +35,18 @@ public:
     Client(const Client&) = delete;
     Client& operator=(const Client&) = delete;
 
+    // view_of() for view i (below kMaxViews) of the latching thread, remembered: views hardly ever change from one frame
+    // to the next. Null where view_of() has nothing. Valid until the next call for i.
+    [[nodiscard]] const View* view(unsigned i, const fovea_view& given) noexcept;
+
     // The estimate of each eye of `eyes` (bits) at `photon`; `info` says what it was made from (struct_size untouched).
-    using Estimates = std::array<GazeEstimate, kEyeCount>;
+    // Those of the eyes that were not asked for are not constructed: clearing them would cost more than evaluating one.
+    struct Estimates {
+        union {
+            GazeEstimate of_eye[kEyeCount];
+        };
+        Estimates() noexcept {}
+    };
     void latch(Instant photon, std::uint8_t eyes, Estimates& estimates, fovea_latch_info& info) noexcept;
     // Reports a frame, or counts it as dropped. A frame that no daemon would accept: why.
     [[nodiscard]] FrameFault submit(const FrameTiming& timing) noexcept;
@@ -76,6 +86,8 @@ private:
     bool from_this_daemon_ = false;      // ... and came through mapping_
     Instant last_beat_;                  // of the daemon, while it was live
     LossPolicy policy_;
+    fovea_view views_given_[kMaxViews]{};   // eye and all else 0: no legal view
+    View views_[kMaxViews];
     Counter latches_, stale_latches_, submitted_, dropped_;
 
     // Between the threads.

@@ -48,6 +48,8 @@ std::optional<View> view_of(const fovea_view& view) noexcept {
                  z = view.head_from_view[3];
     const double n2 = w * w + x * x + y * y + z * z;
     if (!(n2 >= 0.25 && n2 <= 4)) return std::nullopt;
+    v.ndc_per_tan_x = 2 / (v.fov.tan_right - v.fov.tan_left);
+    v.ndc_per_tan_y = 2 / (v.fov.tan_up - v.fov.tan_down);
     const double s = 1 / std::sqrt(n2);
     v.head_from_view = {s * w, s * x, s * y, s * z};
     return v;
@@ -58,28 +60,30 @@ Focal focal_of(const View& view, Direction<HeadFrame> gaze) noexcept {
     const Direction<ViewFrame> d = view.head_from_view.inverse() * gaze;
     const FieldOfView& fov = view.fov;
     focal.gaze_dir_view = d;
-    const double per_width = 2 / (fov.tan_right - fov.tan_left), per_height = 2 / (fov.tan_up - fov.tan_down);
-    ImagePoint p;
-    const auto to_ndc = [&] {
-        focal.point = {(p.tx - fov.tan_left) * per_width - 1, (p.ty - fov.tan_down) * per_height - 1};
+    const auto to_ndc = [&](ImagePoint p) {
+        return NdcPoint{(p.tx - fov.tan_left) * view.ndc_per_tan_x - 1, (p.ty - fov.tan_down) * view.ndc_per_tan_y - 1};
     };
-    const bool in_front = d.z < -1e-6;   // as in project()
-    if (in_front) {
+    // d(tangent)/d(angle) where the gaze moves along x: (1 + tx^2 + ty^2) / sqrt(1 + ty^2), the inverse length of the
+    // derivative of the unit vector; with tx = -dx/dz and so on that is 1 / (|dz| sqrt(dy^2 + dz^2)). Along y alike.
+    if (d.z < -1e-6) {   // in front of the view, as in project()
         const double reciprocal = -1 / d.z;
-        p = {d.x * reciprocal, d.y * reciprocal};
-        to_ndc();
+        focal.point = to_ndc({d.x * reciprocal, d.y * reciprocal});
+        if (std::abs(focal.point.x) <= 1 && std::abs(focal.point.y) <= 1) [[likely]] {   // a NaN is outside
+            // In float, as fovea_focal has it: half the time of roots and divisions.
+            const auto x2 = static_cast<float>(d.x * d.x), y2 = static_cast<float>(d.y * d.y),
+                       z2 = static_cast<float>(d.z * d.z), r = static_cast<float>(reciprocal);
+            focal.ndc_per_rad_x = static_cast<float>(view.ndc_per_tan_x) * r / std::sqrt(y2 + z2);
+            focal.ndc_per_rad_y = static_cast<float>(view.ndc_per_tan_y) * r / std::sqrt(x2 + z2);
+            return focal;
+        }
     }
-    // Written so that a NaN counts as outside.
-    if (!(in_front && std::abs(focal.point.x) <= 1 && std::abs(focal.point.y) <= 1)) {
-        focal.outside = true;
-        p = nearest_edge_point(fov, d);
-        to_ndc();
-        focal.point = {std::clamp(focal.point.x, -1.0, 1.0), std::clamp(focal.point.y, -1.0, 1.0)};
-    }
-    // d(tangent)/d(angle) where the gaze moves along x or y: the length of the derivative of the unit vector, inverted.
+    focal.outside = true;
+    const ImagePoint p = nearest_edge_point(fov, d);
+    const NdcPoint edge = to_ndc(p);
+    focal.point = {std::clamp(edge.x, -1.0, 1.0), std::clamp(edge.y, -1.0, 1.0)};
     const double x2 = p.tx * p.tx, y2 = p.ty * p.ty;
-    focal.ndc_per_rad_x = per_width * (1 + x2 + y2) / std::sqrt(1 + y2);
-    focal.ndc_per_rad_y = per_height * (1 + x2 + y2) / std::sqrt(1 + x2);
+    focal.ndc_per_rad_x = static_cast<float>(view.ndc_per_tan_x * (1 + x2 + y2) / std::sqrt(1 + y2));
+    focal.ndc_per_rad_y = static_cast<float>(view.ndc_per_tan_y * (1 + x2 + y2) / std::sqrt(1 + x2));
     return focal;
 }
 

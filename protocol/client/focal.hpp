@@ -18,6 +18,7 @@ struct View {
     Eye eye = Eye::combined;
     FieldOfView fov;
     Rotation<HeadFrame, ViewFrame> head_from_view;   // unit length to rounding
+    double ndc_per_tan_x = 1, ndc_per_tan_y = 1;     // 2 / width, 2 / height of the field of view
 };
 
 // Nothing for an unknown eye, a field of view that is empty, mirrored or not finite, or a quaternion that is not finite
@@ -26,7 +27,7 @@ struct View {
 
 struct Focal {
     NdcPoint point;                   // in [-1, 1]
-    double ndc_per_rad_x = 1, ndc_per_rad_y = 1;   // > 0, at `point`
+    float ndc_per_rad_x = 1, ndc_per_rad_y = 1;   // > 0, at `point`
     Direction<ViewFrame> gaze_dir_view;
     bool outside = false;             // `point` is the point of the view's edge that is nearest in angle (behind the
                                       // view: nearest to the gaze turned back to 90 degrees)

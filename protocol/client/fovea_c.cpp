@@ -113,26 +113,26 @@ fovea_result fovea_latch(fovea_client* client, int64_t photon_time_ns, const fov
     if (view_count < 1 || view_count > FOVEA_MAX_VIEWS) return argument(client, "fovea_latch: view_count is not 1 to 4");
     if (!sized(*views) || !sized(*focals) || (info != nullptr && !sized(*info)))
         return argument(client, "fovea_latch: a struct_size is not set (use FOVEA_INIT)");
-    View checked[FOVEA_MAX_VIEWS];
+    const View* checked[FOVEA_MAX_VIEWS];
     std::uint8_t eyes = 0;
     for (uint32_t i = 0; i < view_count; ++i) {
         const fovea_view& given = element(views, views->struct_size, i);
         if (given.struct_size != views->struct_size ||
             element(focals, focals->struct_size, i).struct_size != focals->struct_size)
             return argument(client, "fovea_latch: the elements of an array differ in struct_size (use FOVEA_INIT on each)");
-        const auto view = fovea::client::view_of(given);
-        if (!view)
+        const View* const view = client->impl->view(i, given);
+        if (view == nullptr)
             return argument(client, "fovea_latch: a view has an unknown eye, an empty or mirrored field of view, or no "
                                     "unit quaternion");
-        checked[i] = *view;
+        checked[i] = view;
         eyes |= fovea::eye_bit(view->eye);
     }
     fovea_latch_info unasked;
     Client::Estimates estimates;
     client->impl->latch(fovea::instant_from_ns(photon_time_ns), eyes, estimates, info != nullptr ? *info : unasked);
     for (uint32_t i = 0; i < view_count; ++i) {
-        const fovea::GazeEstimate& e = estimates[static_cast<std::size_t>(checked[i].eye)];
-        const fovea::client::Focal f = fovea::client::focal_of(checked[i], e.gaze_dir_head);
+        const fovea::GazeEstimate& e = estimates.of_eye[static_cast<std::size_t>(checked[i]->eye)];
+        const fovea::client::Focal f = fovea::client::focal_of(*checked[i], e.gaze_dir_head);
         fovea_focal& out = element(focals, focals->struct_size, i);
         out.flags = flags_of(e);
         if (f.outside) out.flags |= FOVEA_FOCAL_OUTSIDE;
@@ -141,8 +141,8 @@ fovea_result fovea_latch(fovea_client* client, int64_t photon_time_ns, const fov
         out.y_ndc = static_cast<float>(f.point.y);
         out.radius68_rad = static_cast<float>(e.radius68_rad);
         out.radius95_rad = static_cast<float>(e.radius95_rad);
-        out.ndc_per_rad_x = static_cast<float>(f.ndc_per_rad_x);
-        out.ndc_per_rad_y = static_cast<float>(f.ndc_per_rad_y);
+        out.ndc_per_rad_x = f.ndc_per_rad_x;
+        out.ndc_per_rad_y = f.ndc_per_rad_y;
         out.gaze_dir_view[0] = static_cast<float>(f.gaze_dir_view.x);
         out.gaze_dir_view[1] = static_cast<float>(f.gaze_dir_view.y);
         out.gaze_dir_view[2] = static_cast<float>(f.gaze_dir_view.z);
