@@ -5,6 +5,8 @@
 #include <limits>
 #include <rapidcheck/gtest.h>
 
+#include "protocol/sphere.hpp"
+#include "render/density/acuity.hpp"
 #include "render/density/fovea_size.hpp"
 #include "render/density/plan.hpp"
 #include "tests/render/density_oracle.hpp"
@@ -139,6 +141,51 @@ TEST(FoveaSize, AnUnknownGazeIsNeverASmallSharpSpot) {
     }
     const FocalPoint p = sized_focal_point({}, std::nan(""), 0, 0.01, 1, 1);
     EXPECT_EQ(pixel_density({&p, 1}, 1, 1), 1);
+}
+
+RC_GTEST_PROP(Acuity, NoPlaceInTheViewGetsLessThanTheEyeResolves, ()) {
+    using namespace fovea;
+    const auto real = [](double low, double high) {
+        return *rc::gen::map(rc::gen::inRange(0, 100001), [=](int i) { return low + (high - low) * i / 100000.0; });
+    };
+    AcuitySettings s;
+    s.mar_slope = real(0.01, 0.1);
+    s.reading = *rc::gen::element(Reading::linear, Reading::area);
+    s.coarsest_density = *rc::gen::element(0.25, 1.0 / 16, 0.0);
+    const FieldOfView view{real(-1.6, -0.4), real(0.4, 1.6), real(0.4, 1.4), real(-1.4, -0.4)};
+    const int width = *rc::gen::inRange(300, 4000), height = *rc::gen::inRange(300, 4000);
+    const NdcPoint gaze{real(-1, 1), real(-1, 1)};
+    const double radius95 = real(0, 0.15);
+    const FocalPoint p = acuity_focal_point(s, view, width, height, gaze, radius95);
+    const double pixel = std::max((view.tan_right - view.tan_left) / width, (view.tan_up - view.tan_down) / height);
+    const auto eye = unproject(view, gaze);
+    for (int j = 0; j <= 40; ++j)
+        for (int i = 0; i <= 40; ++i) {
+            const NdcPoint at{i / 20.0 - 1, j / 20.0 - 1};
+            const double scale = needed_scale(s, angle_between(eye, unproject(view, at)), radius95, pixel);
+            const double need = s.reading == Reading::area ? scale * scale : scale;
+            RC_ASSERT(std::max(pixel_density({&p, 1}, at.x, at.y), s.coarsest_density) >= need);
+        }
+}
+
+TEST(Acuity, NeedsLessOnAFinerDisplayAndMoreForAnUncertainGaze) {
+    const fovea::FieldOfView view;   // 90 degrees
+    const auto shaded = [&](int px, double radius95) {
+        AcuitySettings s;
+        auto plan = *Plan::create({.width_px = px, .height_px = px});
+        const FocalPoint p = acuity_focal_point(s, view, px, px, {0, 0}, radius95);
+        plan.update({&p, 1});
+        return static_cast<double>(plan.texels(0) + plan.texels(1) + plan.texels(2)) / static_cast<double>(plan.pixels_full());
+    };
+    EXPECT_LT(shaded(4096, 0), shaded(2048, 0));
+    EXPECT_LT(shaded(2048, 0), shaded(2048, 0.1));
+    EXPECT_LT(shaded(2048, 0), 0.20);
+}
+
+TEST(Acuity, ValuesThatCannotBeGiveFullDensity) {
+    for (const FocalPoint p : {acuity_focal_point({}, {}, 1000, 1000, {std::nan(""), 0}, 0), acuity_focal_point({}, {}, 1000, 1000, {0, 0}, std::nan("")),
+                               acuity_focal_point({}, {1, -1, 1, -1}, 1000, 1000, {0, 0}, 0), acuity_focal_point({.mar_slope = 0}, {}, 1000, 1000, {0, 0}, 0)})
+        EXPECT_EQ(p, FocalPoint{});
 }
 
 }  // namespace
