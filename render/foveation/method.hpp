@@ -45,11 +45,18 @@ struct FrameCost {
     bool fell_back = false;            // drawn in full because a target could not be had
 };
 
+// How bins outside the fovea are filled from their level.
+enum class Resolver : std::uint8_t { automatic, gpu, processor };
+// How fragments outside a level's bins are rejected.
+enum class Mask : std::uint8_t { automatic, stencil, depth };
+
 struct MethodSettings {
     // Bins, levels, reading and minimum density; the size comes from the targets. scaled_bins.
     density::PlanSettings plan;
     gl::ColorFormat format = gl::ColorFormat::rgba8;   // of the method's own targets; that of the app's attachment
     gl::Filter filter = gl::Filter::linear;            // of the resolve
+    Resolver resolver = Resolver::automatic;   // automatic: what the start-up probe found to be cheaper on this driver
+    Mask mask = Mask::automatic;               // automatic: stencil, unless only depth rejects early on this driver
     bool count_fragments = false;   // debug: let counted_fragments() return what was really shaded, overdraw included
 };
 

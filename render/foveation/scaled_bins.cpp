@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "render/foveation/driver_traits.hpp"
 #include "render/foveation/full.hpp"
 
 namespace fovea::foveation {
@@ -18,7 +19,7 @@ out highp vec2 uv;
 void main() {
     vec2 p = vec2((gl_VertexID & 1) == 0 ? rect.x : rect.z, (gl_VertexID & 2) == 0 ? rect.y : rect.w);
     uv = p * 0.5 + 0.5;
-    gl_Position = vec4(p, 0.0, 1.0);
+    gl_Position = vec4(p, 1.0, 1.0);   // as far as can be: the depth mask opens here
 })";
 
 constexpr std::string_view kMaskFragment = R"(#version 310 es
@@ -50,6 +51,7 @@ Result<std::unique_ptr<Method>> ScaledBins::create(const MethodSettings& setting
     if (!mask) return std::unexpected(mask.error());
     auto resolve = gl::build_program("level resolve", kRectVertex, kResolveFragment);
     if (!resolve) return std::unexpected(resolve.error());
+    method->depth_mask_ = settings.mask == Mask::depth || (settings.mask == Mask::automatic && driver_traits().depth_mask);
     method->mask_ = *std::move(mask);
     method->resolve_ = *std::move(resolve);
     return std::unique_ptr<Method>(std::move(method));
@@ -78,6 +80,11 @@ Result<void> ScaledBins::prepare(std::span<const ViewTarget> targets) {
         }
         const auto bins = static_cast<std::size_t>(v.plan.columns()) * static_cast<std::size_t>(v.plan.rows());
         most_bins = std::max(most_bins, bins);
+        v.boxes.resize(bins * 2);
+        v.on_processor = settings_.resolver != Resolver::gpu && settings_.filter == gl::Filter::linear &&
+                         CpuResolve::can_resolve(t, v.plan) &&
+                         (settings_.resolver == Resolver::processor || driver_traits().processor_resolve);
+        if (v.on_processor) cpu_resolve_.reserve(v.plan);
         v.rectangles = gl::create_dynamic_buffer(bins * 2 * sizeof(std::array<float, 4>));
         v.arrays = gl::create_vertex_array();
         glBindVertexArray(v.arrays.name());
@@ -117,6 +124,7 @@ void ScaledBins::upload(View& view) noexcept {
         view.first_mask[static_cast<std::size_t>(level)] = static_cast<std::uint32_t>(n);
         put(level, 2.0f / static_cast<float>(plan.level_width_px(level)), 2.0f / static_cast<float>(plan.level_height_px(level)));
     }
+    for (std::size_t i = 0; i < n; ++i) view.boxes[i] = {staging_[i][0], staging_[i][1], staging_[i][2], staging_[i][3]};
     gl::update_buffer(view.rectangles, 0, std::as_bytes(std::span(staging_).first(n)));
 }
 
@@ -147,40 +155,53 @@ void ScaledBins::draw_level(View& view, std::uint32_t index, const ViewTarget& t
     glDepthMask(GL_TRUE);
     glStencilMask(0xff);
     const gl::Clear& clear = draws.clear();
-    glClearColor(clear.color[0], clear.color[1], clear.color[2], clear.color[3]);
-    glClearDepthf(clear.depth);
-    glClearStencil(0);
     const bool masked = view.count[i] > 1;   // a single rectangle is the scissor
-    glClear(static_cast<GLbitfield>(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | (masked ? GL_STENCIL_BUFFER_BIT : 0)));
+    const bool by_depth = masked && depth_mask_, by_stencil = masked && !depth_mask_;
+    glClearColor(clear.color[0], clear.color[1], clear.color[2], clear.color[3]);
+    glClearDepthf(by_depth ? 0.0f : clear.depth);
+    glClearStencil(0);
+    glClear(static_cast<GLbitfield>(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | (by_stencil ? GL_STENCIL_BUFFER_BIT : 0)));
+    glDisable(GL_STENCIL_TEST);
     if (masked) {
         glUseProgram(mask_.name());
         glBindVertexArray(view.arrays.name());
         glBindBuffer(GL_ARRAY_BUFFER, view.rectangles.name());
-        glDisable(GL_DEPTH_TEST);
         glDisable(GL_CULL_FACE);
         glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-        glEnable(GL_STENCIL_TEST);
-        glStencilFunc(GL_ALWAYS, kMaskBit, 0xff);
-        glStencilOp(GL_REPLACE, GL_REPLACE, GL_REPLACE);
+        if (by_stencil) {
+            glDisable(GL_DEPTH_TEST);
+            glEnable(GL_STENCIL_TEST);
+            glStencilFunc(GL_ALWAYS, kMaskBit, 0xff);
+            glStencilOp(GL_REPLACE, GL_REPLACE, GL_REPLACE);
+        } else {
+            glEnable(GL_DEPTH_TEST);
+            glDepthFunc(GL_ALWAYS);
+        }
         draw_rectangles(view.first_mask[i], view.count[i]);
         glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
-        glStencilFunc(GL_EQUAL, kMaskBit, 0xff);
-        glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
-    } else {
-        glDisable(GL_STENCIL_TEST);
+        if (by_stencil) {
+            glStencilFunc(GL_EQUAL, kMaskBit, 0xff);
+            glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+        }
     }
-    // Draws outside the level's box can be left out: their bounds are conservative.
-    const gl::Box box{2 * static_cast<float>(r.x0 - r.x) / static_cast<float>(r.width) - 1,
-                      2 * static_cast<float>(r.y0 - r.y) / static_cast<float>(r.height) - 1,
-                      2 * static_cast<float>(r.x1 - r.x) / static_cast<float>(r.width) - 1,
-                      2 * static_cast<float>(r.y1 - r.y) / static_cast<float>(r.height) - 1};
+    // Draws that touch none of the level's rectangles can be left out: their bounds are conservative.
+    const std::span<const gl::Box> boxes = std::span(view.boxes).subspan(view.first_mask[i], view.count[i]);
     cost.draws += static_cast<std::uint32_t>(
-        draws.submit({.view = index, .only_in = {&box, 1}, .count_fragments = counter_.enabled()}));
+        draws.submit({.view = index, .only_in = boxes, .count_fragments = counter_.enabled()}));
     ++cost.submissions;
     cost.pixels_shaded += view.plan.texels(level) + view.plan.guard_texels(level);
 }
 
 void ScaledBins::resolve(View& view, const ViewTarget& t) noexcept {
+    if (view.on_processor) {
+        std::array<CpuResolve::Level, density::kMaxLevels> levels;
+        for (int level = 1; level < view.plan.settings().level_count; ++level) {
+            const Region r = region(view, t, level);
+            levels[static_cast<std::size_t>(level)] = {r.framebuffer, r.x0, r.y0, r.x1, r.y1};
+        }
+        cpu_resolve_.run(view.plan, t, levels);
+        return;
+    }
     glBindFramebuffer(GL_FRAMEBUFFER, t.framebuffer);
     glViewport(t.x_px, t.y_px, t.width_px, t.height_px);
     glDisable(GL_SCISSOR_TEST);
@@ -207,23 +228,22 @@ FrameCost ScaledBins::submit(const gl::CommandList& draws, std::span<const ViewT
     counter_.begin();
     const bool ready = std::equal(targets.begin(), targets.end(), prepared_.begin(), prepared_.end());
     for (std::size_t v = 0; v < targets.size(); ++v) {
-        const auto index = static_cast<std::uint32_t>(v);
         if (ready) views_[v].plan.update(focus[v].all());
-        const bool one_level = ready && views_[v].plan.texels(0) == views_[v].plan.pixels_full();
-        if (!ready || draws.empty() || one_level) {
-            submit_full_view(draws, index, targets[v], counter_.enabled(), cost);
+        if (!ready || draws.empty() || drawn_whole(views_[v])) {
+            submit_full_view(draws, static_cast<std::uint32_t>(v), targets[v], counter_.enabled(), cost);
             cost.fell_back = cost.fell_back || !ready;
             continue;
         }
         cost.pixels_full += views_[v].plan.pixels_full();
         upload(views_[v]);
+        // Coarse to fine: while the driver still draws level 0 of one view, the other's is being recorded.
         for (int level = views_[v].plan.settings().level_count - 1; level >= 0; --level)
             if (views_[v].count[static_cast<std::size_t>(level)] != 0)
-                draw_level(views_[v], index, targets[v], draws, level, cost);
+                draw_level(views_[v], static_cast<std::uint32_t>(v), targets[v], draws, level, cost);
     }
-    if (!ready) return cost;
+    if (!ready || draws.empty()) return cost;
     for (std::size_t v = 0; v < targets.size(); ++v)
-        if (!draws.empty() && views_[v].plan.texels(0) != views_[v].plan.pixels_full()) resolve(views_[v], targets[v]);
+        if (!drawn_whole(views_[v])) resolve(views_[v], targets[v]);
     return cost;
 }
 

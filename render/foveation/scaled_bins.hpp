@@ -12,11 +12,12 @@
 // render. gl_FragCoord in level n is scaled by 1/2^n, as the extension specifies.
 // Source: GL_QCOM_framebuffer_foveated, scaled bin method; one submission per level was measured to be the fastest way
 // on processor rasterisers (docs/render.md).
-// Cost: one submission per used level and view; about 3 processor ms per view of 1 Mpx for masks, 7 for the resolve.
+// Masks are stencil values, or depths nearer than anything where only the depth test rejects early (docs/render.md).
 #pragma once
 
 #include <vector>
 
+#include "render/foveation/cpu_resolve.hpp"
 #include "render/foveation/fragment_counter.hpp"
 #include "render/foveation/method.hpp"
 
@@ -43,7 +44,9 @@ private:
         gl::Buffer rectangles;        // vec4 NDC: exact ones of all levels, then dilated ones of levels 1..
         gl::VertexArray arrays;
         std::array<std::uint32_t, density::kMaxLevels> first_exact{}, first_mask{}, count{};
-        std::uint64_t uploaded = ~std::uint64_t{0};   // plan generation in `rectangles`
+        std::vector<gl::Box> boxes;   // of the masks' rectangles, in the same order, for leaving out draws
+        std::uint64_t uploaded = ~std::uint64_t{0};   // plan generation in `rectangles` and `boxes`
+        bool on_processor = false;    // the resolve
     };
     // Where a level is drawn, and the part of it that its bins (and guard) lie in.
     struct Region {
@@ -58,10 +61,13 @@ private:
     void draw_level(View& view, std::uint32_t index, const ViewTarget& target, const gl::CommandList& draws, int level,
                     FrameCost& cost) noexcept;
     void resolve(View& view, const ViewTarget& target) noexcept;
+    [[nodiscard]] bool drawn_whole(const View& view) const noexcept { return view.plan.texels(0) == view.plan.pixels_full(); }
 
     MethodSettings settings_;
     gl::Program mask_, resolve_;
     FragmentCounter counter_;
+    CpuResolve cpu_resolve_;
+    bool depth_mask_ = false;
     std::vector<ViewTarget> prepared_;
     std::vector<View> views_;
     std::vector<std::array<float, 4>> staging_;

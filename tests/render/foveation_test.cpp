@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <limits>
 
+#include "render/foveation/driver_traits.hpp"
+#include "render/foveation/upsample.hpp"
 #include "render/scene/scene.hpp"
 #include "tests/render/allocation_count.hpp"
 #include "tests/render/density_oracle.hpp"
@@ -168,6 +170,78 @@ TEST_F(Foveation, NoClearColourBleedsIntoTheResolve) {
         const Pixels got = read(v.targets[0]);
         EXPECT_EQ(*std::min_element(got.begin(), got.end()), 255) << "step " << step;
     }
+}
+
+// Both resolves and both masks must give the same picture: which one runs is a matter of cost.
+TEST_F(Foveation, EveryExecutorGivesTheSamePicture) {
+    auto scene = scene::Scene::create({});
+    gl::CommandList list;
+    const auto eyes = scene::stereo_views();
+    scene->record(4, eyes, list);
+    for (const auto& [width, height] : {std::pair{192, 128}, {203, 157}}) {   // the second is no whole number of texels
+        Views v(width, height, 2);
+        v.look(0, {0.2f, -0.3f, 5, 5, 0});
+        v.look(1, {-0.9f, 0.8f, 7, 5, 1});
+        std::vector<Pixels> pictures;
+        for (const auto resolver : {foveation::Resolver::gpu, foveation::Resolver::processor})
+            for (const auto mask : {foveation::Mask::stencil, foveation::Mask::depth}) {
+                MethodSettings settings;
+                settings.resolver = resolver;
+                settings.mask = mask;
+                settings.plan.levels = density::standard_levels();
+                settings.plan.level_count = 4;
+                const auto bins = make("scaled_bins", v, settings);
+                bins->submit(list, v.targets, v.focus);
+                pictures.push_back(read(v.targets[0]));
+                pictures.push_back(read(v.targets[1]));
+            }
+        for (std::size_t i = 2; i < pictures.size(); ++i) {
+            int worst = 0;
+            for (std::size_t k = 0; k < pictures[i].size(); ++k) worst = std::max(worst, std::abs(int{pictures[i][k]} - int{pictures[i % 2][k]}));
+            EXPECT_LE(worst, 2) << "picture " << i << " of " << width << "x" << height;   // roundings of two filters
+        }
+        EXPECT_EQ(pictures[2], pictures[0]) << "depth and stencil masks";
+    }
+}
+
+TEST(Upsample, FollowsTheLinearFilterOfGl) {
+    constexpr int kWidth = 13, kHeight = 9;
+    std::vector<std::uint8_t> small(kWidth * kHeight * 4);
+    for (std::size_t i = 0; i < small.size(); ++i) small[i] = static_cast<std::uint8_t>(i * 7919 % 251 + (i % 3 == 0 ? 4 : 0));
+    for (int sx = 0; sx <= 3; ++sx)
+        for (int sy = 0; sy <= 3; ++sy) {
+            const int w = kWidth << sx, h = kHeight << sy;
+            std::vector<std::uint8_t> big(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) * 4, 99);
+            std::vector<std::uint16_t> row(static_cast<std::size_t>(w + 2) * 4);
+            // In two parts, to cross a seam.
+            const int seam = 5 << sx;
+            const std::size_t stride = static_cast<std::size_t>(w) * 4;
+            const foveation::SmallImage image{small.data(), kWidth * 4, 0, 0, kWidth, kHeight};
+            foveation::enlarge(image, sx, sy, 0, 0, seam, h, big.data(), stride, row);
+            foveation::enlarge(image, sx, sy, seam, 0, w, h, big.data() + static_cast<std::size_t>(seam) * 4, stride, row);
+            const auto at = [&](int x, int y, int c) {
+                return double{small[static_cast<std::size_t>((std::clamp(y, 0, kHeight - 1) * kWidth + std::clamp(x, 0, kWidth - 1)) * 4 + c)] * 1.0};
+            };
+            for (int y = 0; y < h; ++y)
+                for (int x = 0; x < w; ++x)
+                    for (int c = 0; c < 4; ++c) {
+                        const double u = (x + 0.5) / (1 << sx) - 0.5, v = (y + 0.5) / (1 << sy) - 0.5;
+                        const int i = static_cast<int>(std::floor(u)), j = static_cast<int>(std::floor(v));
+                        const double fu = u - i, fv = v - j;
+                        const double want = (1 - fv) * ((1 - fu) * at(i, j, c) + fu * at(i + 1, j, c)) + fv * ((1 - fu) * at(i, j + 1, c) + fu * at(i + 1, j + 1, c));
+                        ASSERT_NEAR(big[(static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)) * 4 + static_cast<std::size_t>(c)], want, 0.5001)
+                            << x << "," << y << " channel " << c << " shifts " << sx << "," << sy;
+                    }
+        }
+}
+
+TEST_F(Foveation, TheProbeKnowsWhatThisDriverRejectsEarly) {
+    const auto& traits = foveation::driver_traits();
+    EXPECT_GT(traits.stencil_cost, 0);
+    EXPECT_GT(traits.depth_cost, 0);
+    EXPECT_EQ(traits.early_stencil, traits.stencil_cost < 0.5);
+    EXPECT_EQ(traits.depth_mask, !traits.early_stencil && traits.early_depth);
+    EXPECT_EQ(&foveation::driver_traits(), &traits) << "probed once";
 }
 
 TEST_F(Foveation, NothingRecordedMeansOnlyTheClear) {
