@@ -85,6 +85,33 @@ FocusPublisher publisher() { return FocusPublisher::create(LossPolicy{}, kNow).v
 
 }  // namespace
 
+TEST(Seqlock, RefusesACopyDuringWhichTheWriterCameBy) {
+    Word sequence{0}, words[4]{};
+    const auto write = [&](std::uint64_t version, int count) {
+        SeqlockWriter w(sequence, words, version);
+        for (int i = 0; i < count; ++i) w.put(version);
+    };
+    EXPECT_FALSE(SeqlockReader(sequence, words, 1).whole());   // never written
+    write(1, 4);
+    SeqlockReader undisturbed(sequence, words, 1);
+    ASSERT_TRUE(undisturbed.whole());
+    for (int i = 0; i < 4; ++i) EXPECT_EQ(undisturbed.get(), 1u);
+    EXPECT_TRUE(undisturbed.still_whole());
+
+    SeqlockReader overtaken(sequence, words, 1);
+    EXPECT_EQ(overtaken.get(), 1u);
+    write(9, 4);
+    EXPECT_EQ(overtaken.get(), 9u);   // torn
+    EXPECT_FALSE(overtaken.still_whole());
+    {
+        SeqlockWriter half(sequence, words, 17);
+        half.put(17);
+        EXPECT_FALSE(SeqlockReader(sequence, words, 17).whole());   // not yet
+        EXPECT_FALSE(SeqlockReader(sequence, words, 9).whole());    // not any more
+    }
+    EXPECT_TRUE(SeqlockReader(sequence, words, 17).whole());
+}
+
 TEST(FocusRegion, CarriesEveryFieldOfAModel) {
     FocusPublisher p = publisher();
     FocusReader r = FocusReader::map(p.fd()).value();
@@ -108,6 +135,28 @@ TEST(FocusRegion, CopiesOnlyTheEyesAskedForAndTheCombinedOneForThoseThatAreNotTh
     EXPECT_TRUE(same(m.eyes[0], EyeMotion{}));   // untouched
     ASSERT_TRUE(r.read(m, eye_bit(Eye::left)));
     EXPECT_TRUE(same(m.eye(Eye::left), numbered(5).eyes[0]));
+}
+
+TEST(FocusRegion, ALatchReadsWhatItsPhotonTimeNeeds) {
+    FocusPublisher p = publisher();
+    const FocusReader r = FocusReader::map(p.fd()).value();
+    MotionModel sent = numbered(21, 1);   // 21: lost_before is set
+    EyeMotion& eye = sent.eyes[0];
+    eye.gaze_dir_head = {}, eye.held_dir_head = {}, eye.ever_valid = true;
+    eye.reference = kNow, eye.valid_since = kNow - 2s, eye.lost_since = kNow - 3s;
+    for (std::size_t i = 0; i < eye.horizons.size(); ++i) {
+        const float f = 0.01f * static_cast<float>(i * i);
+        eye.horizons[i] = {f, -f, 0.02f + f, 0.03f + f};
+    }
+    for (const bool lost_before : {false, true}) {
+        eye.lost_before = lost_before;
+        p.publish(sent);
+        for (Duration d = -10ms; d < 900ms; d += 3ms) {
+            MotionModel got;
+            ASSERT_TRUE(r.read_at(got, 1, kNow + d));
+            EXPECT_EQ(evaluate(got.eyes[0], LossPolicy{}, kNow + d), evaluate(eye, LossPolicy{}, kNow + d)) << d.count();
+        }
+    }
 }
 
 TEST(FocusRegion, HandsOutEachPolicyOnce) {
