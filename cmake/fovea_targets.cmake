@@ -39,7 +39,16 @@ function(fovea_test name)
   target_link_libraries(${name} PRIVATE fovea_options ${arg_LINK} GTest::gmock GTest::gtest_main)
   target_compile_definitions(${name} PRIVATE
     FOVEA_SOURCE_DIR="${PROJECT_SOURCE_DIR}" FOVEA_BIN_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
-  target_precompile_headers(${name} PRIVATE <gtest/gtest.h>)
+  # One precompiled GoogleTest for all of them, built with the flags that they share.
+  if(NOT TARGET fovea_test_headers)
+    file(WRITE ${PROJECT_BINARY_DIR}/fovea_test_headers.cpp "int main() {}\n")
+    add_executable(fovea_test_headers EXCLUDE_FROM_ALL ${PROJECT_BINARY_DIR}/fovea_test_headers.cpp)
+    target_link_libraries(fovea_test_headers PRIVATE fovea_options GTest::gmock GTest::gtest_main)
+    target_compile_definitions(fovea_test_headers PRIVATE
+      FOVEA_SOURCE_DIR="${PROJECT_SOURCE_DIR}" FOVEA_BIN_DIR="${CMAKE_RUNTIME_OUTPUT_DIRECTORY}")
+    target_precompile_headers(fovea_test_headers PRIVATE <gmock/gmock.h> <gtest/gtest.h>)
+  endif()
+  target_precompile_headers(${name} REUSE_FROM fovea_test_headers)
   include(GoogleTest)
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
     PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}")
