@@ -164,6 +164,7 @@ void copy_client_memory(Context& c, DrawCall& d) {
             low = d.base_instance;
             count = (static_cast<std::size_t>(std::max(d.instances, 1)) + divisor - 1) / divisor;
         } else if (d.kind == DrawCall::arrays) {
+            if (d.first < 0) continue;  // drivers that let it pass read from before the array
             low = static_cast<std::size_t>(d.first);
             count = static_cast<std::size_t>(d.count);
         } else {
@@ -198,7 +199,7 @@ bool may_draw(Context& c, DrawCall d) {
 }
 
 void draw(DrawCall d) {
-    Context* c = d.count < 0 || d.instances < -1 || d.first < 0 || (d.ranged && d.end < d.start) ? nullptr : drawing();
+    Context* c = d.count < 0 || d.instances < -1 || (d.ranged && d.end < d.start) ? nullptr : drawing();
     if (!c) return execute(d);
     if (may_draw(*c, d)) record(*c, d);
 }
@@ -210,7 +211,7 @@ void GL_APIENTRY layer_glDrawArrays(GLenum mode, GLint first, GLsizei count) {
 }
 
 void GL_APIENTRY layer_glDrawArraysInstanced(GLenum mode, GLint first, GLsizei count, GLsizei instances) {
-    if (count < 0 || instances < 0 || first < 0) return gl.DrawArraysInstanced(mode, first, count, instances);
+    if (count < 0 || instances < 0) return gl.DrawArraysInstanced(mode, first, count, instances);
     draw({.kind = DrawCall::arrays, .mode = mode, .first = first, .count = count, .instances = instances});
 }
 
@@ -247,7 +248,7 @@ void GL_APIENTRY layer_glDrawElementsInstancedBaseVertex(GLenum mode, GLsizei co
 }
 
 void GL_APIENTRY layer_glDrawArraysInstancedBaseInstanceEXT(GLenum mode, GLint first, GLsizei count, GLsizei instances, GLuint base_instance) {
-    if (count < 0 || instances < 0 || first < 0)
+    if (count < 0 || instances < 0)
         return gl.DrawArraysInstancedBaseInstanceEXT(mode, first, count, instances, base_instance);
     draw({.kind = DrawCall::arrays, .mode = mode, .first = first, .count = count, .instances = instances,
           .base_instance = base_instance});

@@ -275,6 +275,7 @@ void Targets::bind_for_drawing(int level, const std::vector<GLenum>& draw_buffer
 }
 
 void Targets::draw_masks(OwnDrawing& own, const density::Plan& plan) {
+    gl.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);  // a shader without output would write anything
     for (int i = 0; i < static_cast<int>(levels_.size()); ++i) {
         const Level& level = levels_[static_cast<std::size_t>(i)];
         if (!plan.uses(i)) continue;

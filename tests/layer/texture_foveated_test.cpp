@@ -1,0 +1,364 @@
+// GL_QCOM_texture_foveated, clause by clause. docs/conformance.md names these tests beside the sentences.
+#include <atomic>
+#include <climits>
+#include <cmath>
+#include <thread>
+
+#include "tests/layer/layer_test.hpp"
+
+namespace fovea::layer_test {
+
+constexpr GLint kEnable = GL_FOVEATION_ENABLE_BIT_QCOM, kBins = GL_FOVEATION_SCALED_BIN_METHOD_BIT_QCOM;
+
+class TextureFoveated : public LayerTest {
+protected:
+    static GLint get(GLenum target, GLenum name) {
+        GLint value = -1;
+        glGetTexParameteriv(target, name, &value);
+        return value;
+    }
+};
+
+TEST_F(TextureFoveated, DefaultsOfANewTexture) {
+    (void)texture(16, 16);
+    EXPECT_EQ(get(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM), 0);
+    GLfloat density = -1;
+    glGetTexParameterfv(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_MIN_PIXEL_DENSITY_QCOM, &density);
+    EXPECT_EQ(density, 0.0f);
+    EXPECT_EQ(get(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_QUERY_QCOM), kEnable | kBins);
+    EXPECT_GE(get(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_NUM_FOCAL_POINTS_QUERY_QCOM), 8);
+    EXPECT_GL(GL_NO_ERROR);
+}
+
+TEST_F(TextureFoveated, EveryTypeOfTexParameterSetsAndGets) {
+    const GLuint t = texture(16, 16);
+    const GLenum bits = GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, least = GL_TEXTURE_FOVEATED_MIN_PIXEL_DENSITY_QCOM;
+    const GLint i = kEnable | kBins;
+    const GLuint u = 3;
+    const GLfloat f = 1.0f;
+    glTexParameterf(GL_TEXTURE_2D, bits, f);
+    EXPECT_EQ(get(GL_TEXTURE_2D, bits), 1);
+    glTexParameteriv(GL_TEXTURE_2D, bits, &i);
+    EXPECT_EQ(get(GL_TEXTURE_2D, bits), 3);
+    glTexParameterfv(GL_TEXTURE_2D, bits, &f);
+    EXPECT_EQ(get(GL_TEXTURE_2D, bits), 1);
+    glTexParameterIiv(GL_TEXTURE_2D, bits, &i);
+    EXPECT_EQ(get(GL_TEXTURE_2D, bits), 3);
+    glTexParameterIuiv(GL_TEXTURE_2D, bits, &u);
+    glTexParameteri(GL_TEXTURE_2D, bits, kEnable);
+    GLint ii = 0;
+    GLuint uu = 0;
+    GLfloat ff = 0;
+    glGetTexParameterIiv(GL_TEXTURE_2D, bits, &ii);
+    glGetTexParameterIuiv(GL_TEXTURE_2D, bits, &uu);
+    glGetTexParameterfv(GL_TEXTURE_2D, bits, &ff);
+    EXPECT_EQ(ii, 1);
+    EXPECT_EQ(uu, 1u);
+    EXPECT_EQ(ff, 1.0f);
+    glTexParameterf(GL_TEXTURE_2D, least, 0.375f);
+    glGetTexParameterfv(GL_TEXTURE_2D, least, &ff);
+    EXPECT_EQ(ff, 0.375f);
+    glTexParameteri(GL_TEXTURE_2D, least, 1);
+    EXPECT_EQ(get(GL_TEXTURE_2D, least), 1);
+    EXPECT_GL(GL_NO_ERROR);
+    (void)t;
+}
+
+TEST_F(TextureFoveated, QueriesCannotBeSet) {
+    (void)texture(16, 16);
+    const GLint one = 1;
+    const GLfloat f = 1;
+    for (const GLenum name : {GL_TEXTURE_FOVEATED_FEATURE_QUERY_QCOM, GL_TEXTURE_FOVEATED_NUM_FOCAL_POINTS_QUERY_QCOM}) {
+        glTexParameteri(GL_TEXTURE_2D, name, 1);
+        EXPECT_GL(GL_INVALID_ENUM);
+        glTexParameterf(GL_TEXTURE_2D, name, 1);
+        EXPECT_GL(GL_INVALID_ENUM);
+        glTexParameteriv(GL_TEXTURE_2D, name, &one);
+        EXPECT_GL(GL_INVALID_ENUM);
+        glTexParameterfv(GL_TEXTURE_2D, name, &f);
+        EXPECT_GL(GL_INVALID_ENUM);
+    }
+}
+
+TEST_F(TextureFoveated, OtherFeatureBitsAreInvalidEnums) {
+    (void)texture(16, 16);
+    for (const GLint bits : {kBins, 4, 5, 7, -1, INT_MAX}) {
+        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, bits);
+        EXPECT_GL(GL_INVALID_ENUM);
+    }
+    glTexParameterf(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, 0.5f);
+    EXPECT_GL(GL_INVALID_ENUM);
+    EXPECT_EQ(get(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM), 0);
+}
+
+TEST_F(TextureFoveated, CannotBeDisabledOnceEnabled) {
+    (void)texture(16, 16);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, 0);  // not enabled yet: legal
+    EXPECT_GL(GL_NO_ERROR);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable | kBins);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, 0);
+    EXPECT_GL(GL_INVALID_OPERATION);
+    EXPECT_EQ(get(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM), kEnable | kBins);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+    EXPECT_GL(GL_NO_ERROR);
+}
+
+TEST_F(TextureFoveated, MinimumDensityOutsideZeroToOneIsAnInvalidOperation) {
+    (void)texture(16, 16);
+    for (const float value : {-0.01f, 1.01f, -1e30f, 1e30f, std::nanf("")}) {
+        glTexParameterf(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_MIN_PIXEL_DENSITY_QCOM, value);
+        EXPECT_GL(GL_INVALID_OPERATION);
+        glTexParameterfv(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_MIN_PIXEL_DENSITY_QCOM, &value);
+        EXPECT_GL(GL_INVALID_OPERATION);
+    }
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_MIN_PIXEL_DENSITY_QCOM, 2);
+    EXPECT_GL(GL_INVALID_OPERATION);
+    for (const float value : {0.0f, 1.0f}) {
+        glTexParameterf(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_MIN_PIXEL_DENSITY_QCOM, value);
+        EXPECT_GL(GL_NO_ERROR);
+    }
+}
+
+TEST_F(TextureFoveated, TargetsWithoutSupportSaySoAndRefuse) {
+    for (const GLenum target : {GL_TEXTURE_3D, GL_TEXTURE_CUBE_MAP}) {
+        GLuint t = 0;
+        glGenTextures(1, &t);
+        glBindTexture(target, t);
+        EXPECT_EQ(get(target, GL_TEXTURE_FOVEATED_FEATURE_QUERY_QCOM), 0);
+        glTexParameteri(target, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+        EXPECT_GL(GL_INVALID_OPERATION);
+        EXPECT_GT(get(target, GL_TEXTURE_FOVEATED_NUM_FOCAL_POINTS_QUERY_QCOM), 0);
+    }
+    for (const GLenum target : {GL_TEXTURE_2D_ARRAY, GL_TEXTURE_2D_MULTISAMPLE}) {
+        GLuint t = 0;
+        glGenTextures(1, &t);
+        glBindTexture(target, t);
+        EXPECT_EQ(get(target, GL_TEXTURE_FOVEATED_FEATURE_QUERY_QCOM), kEnable | kBins);
+        glTexParameteri(target, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+        EXPECT_GL(GL_NO_ERROR);
+    }
+    GLint value = 5;
+    glGetTexParameteriv(0x1234, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, &value);
+    EXPECT_GL(GL_INVALID_ENUM);
+    glTexParameteri(0x1234, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+    EXPECT_GL(GL_INVALID_ENUM);
+}
+
+TEST_F(TextureFoveated, ParametersRefuseWhatIsNoFoveatedTexture) {
+    GLuint unborn = 0;
+    glGenTextures(1, &unborn);
+    for (const GLuint name : {0u, 4711u, unborn}) {
+        ext.texture_parameters(name, 0, 0, 0, 0, 4, 4, 0);
+        EXPECT_GL(GL_INVALID_VALUE);
+    }
+    const GLuint t = texture(16, 16);
+    ext.texture_parameters(t, 0, 0, 0, 0, 4, 4, 0);
+    EXPECT_GL(GL_INVALID_OPERATION);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+    const auto points = static_cast<GLuint>(get(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_NUM_FOCAL_POINTS_QUERY_QCOM));
+    ext.texture_parameters(t, 0, points, 0, 0, 4, 4, 0);
+    EXPECT_GL(GL_INVALID_VALUE);
+    ext.texture_parameters(t, 0, UINT_MAX, 0, 0, 4, 4, 0);
+    EXPECT_GL(GL_INVALID_VALUE);
+    ext.texture_parameters(t, 0, points - 1, 0, 0, 4, 4, 0);
+    EXPECT_GL(GL_NO_ERROR);
+    ext.texture_parameters(t, UINT_MAX, 0, 0, 0, 4, 4, 0);  // the specification has no error for the layer
+    EXPECT_GL(GL_NO_ERROR);
+}
+
+TEST_F(TextureFoveated, ADeletedTexturesNameStartsAgain) {
+    GLuint t = texture(16, 16);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+    glDeleteTextures(1, &t);
+    glBindTexture(GL_TEXTURE_2D, t);
+    EXPECT_EQ(get(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM), 0);
+}
+
+TEST_F(TextureFoveated, DefaultsAreFullQualityAndOnePointSetFoveates) {
+    const Surface plain = surface(256, 256), s = surface(256, 256);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+    for (const Surface* to : {&plain, &s}) {
+        glBindFramebuffer(GL_FRAMEBUFFER, to->framebuffer);
+        glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+        draw_scene();
+    }
+    EXPECT_EQ(read(plain), read(s));
+    glBindFramebuffer(GL_FRAMEBUFFER, s.framebuffer);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    draw_scene();
+    ext.texture_parameters(s.color, 0, 0, 0, 0, 8, 8, 0);
+    EXPECT_NE(read(plain), read(s));
+}
+
+TEST_F(TextureFoveated, TwoFoveatedColorsAreIncomplete) {
+    (void)surface(64, 64);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+    const GLuint second = texture(64, 64);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_TEXTURE_2D, second, 0);
+    EXPECT_EQ(glCheckFramebufferStatus(GL_FRAMEBUFFER), static_cast<GLenum>(GL_FRAMEBUFFER_COMPLETE));
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+    for (const GLenum target : {GL_FRAMEBUFFER, GL_DRAW_FRAMEBUFFER, GL_READ_FRAMEBUFFER})
+        EXPECT_EQ(glCheckFramebufferStatus(target), static_cast<GLenum>(GL_FRAMEBUFFER_INCOMPLETE_FOVEATION_QCOM));
+    EXPECT_GL(GL_NO_ERROR);
+}
+
+TEST_F(TextureFoveated, FoveatedDepthIsIncomplete) {
+    (void)surface(64, 64, false);
+    GLuint depth = texture(64, 64, GL_DEPTH_COMPONENT24);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, depth, 0);
+    EXPECT_EQ(glCheckFramebufferStatus(GL_FRAMEBUFFER), static_cast<GLenum>(GL_FRAMEBUFFER_INCOMPLETE_FOVEATION_QCOM));
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, 0, 0);
+    EXPECT_EQ(glCheckFramebufferStatus(GL_FRAMEBUFFER), static_cast<GLenum>(GL_FRAMEBUFFER_COMPLETE));
+    depth = texture(64, 64, GL_DEPTH24_STENCIL8);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, GL_TEXTURE_2D, depth, 0);
+    EXPECT_EQ(glCheckFramebufferStatus(GL_FRAMEBUFFER), static_cast<GLenum>(GL_FRAMEBUFFER_INCOMPLETE_FOVEATION_QCOM));
+}
+
+TEST_F(TextureFoveated, MixedWithAConfiguredFramebufferIsIncomplete) {
+    const Surface s = surface(64, 64);
+    foveate(s);
+    EXPECT_EQ(glCheckFramebufferStatus(GL_FRAMEBUFFER), static_cast<GLenum>(GL_FRAMEBUFFER_COMPLETE));
+    glBindTexture(GL_TEXTURE_2D, s.color);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+    EXPECT_EQ(glCheckFramebufferStatus(GL_FRAMEBUFFER), static_cast<GLenum>(GL_FRAMEBUFFER_INCOMPLETE_FOVEATION_QCOM));
+}
+
+TEST_F(TextureFoveated, IncompleteFramebuffersRefuseDrawsClearsReadsAndBlits) {
+    const Surface good = surface(64, 64), s = surface(64, 64);
+    foveate(s);
+    glBindTexture(GL_TEXTURE_2D, s.color);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+    draw_scene();
+    EXPECT_GL(GL_INVALID_FRAMEBUFFER_OPERATION);
+    glClear(GL_COLOR_BUFFER_BIT);
+    EXPECT_GL(GL_INVALID_FRAMEBUFFER_OPERATION);
+    std::uint32_t pixel = 0;
+    glReadPixels(0, 0, 1, 1, GL_RGBA, GL_UNSIGNED_BYTE, &pixel);
+    EXPECT_GL(GL_INVALID_FRAMEBUFFER_OPERATION);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, good.framebuffer);
+    glBlitFramebuffer(0, 0, 8, 8, 0, 0, 8, 8, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    EXPECT_GL(GL_INVALID_FRAMEBUFFER_OPERATION);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, s.framebuffer);
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, good.framebuffer);
+    glBlitFramebuffer(0, 0, 8, 8, 0, 0, 8, 8, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    EXPECT_GL(GL_INVALID_FRAMEBUFFER_OPERATION);
+    glCopyTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA, 0, 0, 8, 8, 0);
+    EXPECT_GL(GL_INVALID_FRAMEBUFFER_OPERATION);
+}
+
+TEST_F(TextureFoveated, OtherAttachmentsInheritTheFoveation) {
+    const Surface s = surface(256, 256);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+    const GLuint second = texture(256, 256);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_TEXTURE_2D, second, 0);
+    const GLenum both[2] = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
+    glDrawBuffers(2, both);
+    const GLuint p = program(
+        "#version 300 es\nout highp vec2 at; void main() { vec2 p = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1)) * 4.0 - 1.0; at = p * 0.5 + 0.5; gl_Position = vec4(p, 0, 1); }",
+        "#version 300 es\nprecision highp float; in vec2 at; layout(location = 0) out vec4 a; layout(location = 1) out vec4 b;\n"
+        "void main() { a = vec4(dFdx(at.x) * 32.0, 0, 0, 1); b = a; }");
+    glUseProgram(p);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    ext.texture_parameters(s.color, 0, 0, 0, 0, 8, 8, 0);
+    glReadBuffer(GL_COLOR_ATTACHMENT1);
+    EXPECT_EQ(read(s).at(2, 2).r, 128);
+}
+
+TEST_F(TextureFoveated, TextureUploadsAreNotFoveated) {
+    const Surface s = surface(64, 64);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+    ext.texture_parameters(s.color, 0, 0, 0, 0, 20, 20, 0);
+    std::vector<Rgba> noise(64 * 64);
+    for (std::size_t i = 0; i < noise.size(); ++i) noise[i] = {static_cast<std::uint8_t>(i * 37), static_cast<std::uint8_t>(i * 101), 7, 255};
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, 64, 64, GL_RGBA, GL_UNSIGNED_BYTE, noise.data());
+    EXPECT_EQ(read(s).pixels, noise);
+}
+
+TEST_F(TextureFoveated, BlitsAreNotFoveated) {
+    const Surface source = surface(128, 128), s = surface(128, 128);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+    ext.texture_parameters(s.color, 0, 0, 0, 0, 20, 20, 0);
+    glBindFramebuffer(GL_FRAMEBUFFER, source.framebuffer);
+    glClear(GL_COLOR_BUFFER_BIT);
+    draw_scene();
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, source.framebuffer);
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, s.framebuffer);
+    glBlitFramebuffer(0, 0, 128, 128, 0, 0, 128, 128, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    EXPECT_EQ(read(source), read(s));
+}
+
+TEST_F(TextureFoveated, StateIsSharedWithTheShareGroup) {
+    const Surface s = surface(256, 256);
+    const EGLContext other = make_context(context), stranger = make_context();
+    use(other);
+    glBindTexture(GL_TEXTURE_2D, s.color);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+    ext.texture_parameters(s.color, 0, 0, 0, 0, 8, 8, 0);
+    EXPECT_GL(GL_NO_ERROR);
+    use(context);
+    EXPECT_EQ(get(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM), kEnable);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    draw_footprint();
+    EXPECT_EQ(read(s).at(2, 2).r, 128);
+    use(stranger);
+    (void)texture(16, 16);
+    EXPECT_EQ(get(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM), 0);
+}
+
+TEST_F(TextureFoveated, ParametersOfAnotherThreadReachTheNextSubmission) {
+    const Surface s = surface(256, 256);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+    const EGLContext other = make_context(context);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    draw_footprint();
+    std::thread([&] {
+        use(other);
+        ext.texture_parameters(s.color, 0, 0, 0.5f, 0.5f, 8, 8, 0);
+        EXPECT_GL(GL_NO_ERROR);
+        eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+        eglReleaseThread();
+    }).join();
+    const Picture p = read(s);
+    EXPECT_EQ(p.at(192, 192).r, 32);
+    EXPECT_EQ(p.at(2, 2).r, 128);
+}
+
+TEST_F(TextureFoveated, FourThreadsDrawIntoLayersOfOneArray) {
+    GLuint array = 0;
+    glGenTextures(1, &array);
+    glBindTexture(GL_TEXTURE_2D_ARRAY, array);
+    glTexStorage3D(GL_TEXTURE_2D_ARRAY, 1, GL_RGBA8, 128, 128, 4);
+    glTexParameteri(GL_TEXTURE_2D_ARRAY, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+    glFinish();
+    std::vector<EGLContext> theirs;
+    for (int i = 0; i < 4; ++i) theirs.push_back(make_context(context));
+    std::atomic<int> wrong = 0;
+    std::vector<std::thread> threads;
+    for (int i = 0; i < 4; ++i)
+        threads.emplace_back([&, i] {
+            eglBindAPI(EGL_OPENGL_ES_API);
+            eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, theirs[static_cast<std::size_t>(i)]);
+            GLuint framebuffer = 0;
+            glGenFramebuffers(1, &framebuffer);
+            glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+            glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, array, 0, i);
+            glViewport(0, 0, 128, 128);
+            for (int frame = 0; frame < 20; ++frame) {
+                glClearColor(static_cast<float>(i) * 0.2f, static_cast<float>(frame) / 20, 0, 1);
+                glClear(GL_COLOR_BUFFER_BIT);
+                ext.texture_parameters(array, static_cast<GLuint>(i), 0, static_cast<float>(frame) / 20, 0, 8, 8, 0);
+                std::array<std::uint8_t, 4> pixel{};
+                glReadPixels(1, 1, 1, 1, GL_RGBA, GL_UNSIGNED_BYTE, pixel.data());
+                if (std::abs(pixel[0] - i * 51) > 1 || std::abs(pixel[1] - frame * 255 / 20) > 1 || glGetError() != GL_NO_ERROR) ++wrong;
+            }
+            eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+            eglReleaseThread();
+        });
+    for (std::thread& t : threads) t.join();
+    EXPECT_EQ(wrong, 0);
+}
+
+}  // namespace fovea::layer_test
