@@ -1,0 +1,127 @@
+// Programs of their own process, started as a user starts them: with `fovea layer run`, and without.
+#include <gtest/gtest.h>
+
+#include <sys/wait.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+namespace {
+
+struct Ran {
+    int exit_code = -1;
+    std::string out;
+};
+
+// Standard output of a shell command; standard error goes to `errors` if given, else to nowhere.
+Ran shell(const std::string& command, const std::string& errors = "/dev/null") {
+    Ran ran;
+    // This process has told its own libEGL to load the layer: the programs start without that.
+    std::FILE* pipe = popen(("env -u __EGL_VENDOR_LIBRARY_FILENAMES -u FOVEA_LAYER_STATS " + command + " 2>" + errors).c_str(), "r");
+    if (!pipe) return ran;
+    char buffer[4096];
+    std::size_t n;
+    while ((n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0) ran.out.append(buffer, n);
+    const int status = pclose(pipe);
+    ran.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    return ran;
+}
+
+const std::string kBin = FOVEA_BIN_DIR;
+const std::string kLayer = kBin + "/fovea layer run --library " FOVEA_LAYER_LIBRARY " ";
+
+std::string file_text(const std::string& path) {
+    std::ifstream in(path);
+    std::stringstream text;
+    text << in.rdbuf();
+    return text.str();
+}
+
+std::string temporary(const char* name) { return testing::TempDir() + "fovea_layer_" + std::to_string(getpid()) + "_" + name; }
+
+}  // namespace
+
+TEST(LayerPrograms, FramebufferExamplesOfTheSpecification) {
+    const Ran ran = shell(kLayer + "-- " + kBin + "/layer_framebuffer_examples");
+    EXPECT_EQ(ran.exit_code, 0);
+    EXPECT_EQ(ran.out,
+              "1 enabled\n"
+              "2 centre 1 corner 4\n"
+              "3 frame 0 late 1 early 4\n"
+              "3 frame 1 late 1 early 4\n"
+              "3 frame 2 late 1 early 4\n"
+              "3 frame 3 late 1 early 4\n"
+              "4 enabled 1 centre 1 corner 4\n"
+              "5 left 1 right 1 middle 4\n");
+}
+
+TEST(LayerPrograms, TextureExamplesOfTheSpecification) {
+    const Ran ran = shell(kLayer + "-- " + kBin + "/layer_texture_examples");
+    EXPECT_EQ(ran.exit_code, 0);
+    EXPECT_EQ(ran.out,
+              "1 focus 1 corner 4\n"
+              "2 eye 0 centre 1 corner 4\n"
+              "2 eye 1 centre 1 corner 4\n"
+              "3 left 1 right 1 corner 4\n");
+}
+
+TEST(LayerPrograms, ExamplesFailWithoutTheLayer) {
+    EXPECT_EQ(shell(kBin + "/layer_framebuffer_examples").exit_code, 1);
+}
+
+TEST(LayerPrograms, AnIdleLayerChangesNoPixelHoweverTheProgramFindsItsFunctions) {
+    const Ran plain = shell(kBin + "/layer_plain_program link 2");
+    ASSERT_EQ(plain.exit_code, 0);
+    ASSERT_EQ(plain.out.size(), 17u);
+    for (const char* how : {"link", "dlopen", "dlsym", "getproc"}) {
+        const Ran ran = shell(kLayer + "-- " + kBin + "/layer_plain_program " + how + " 2");
+        EXPECT_EQ(ran.exit_code, 0) << how;
+        EXPECT_EQ(ran.out, plain.out) << how;
+    }
+}
+
+TEST(LayerPrograms, MemoryIsFlatOverFrames) {
+    const char* frames = std::getenv("FOVEA_LAYER_FRAMES");
+    const Ran ran = shell(kLayer + "-- " + kBin + "/layer_frames_program " + (frames ? frames : "2000"));
+    ASSERT_EQ(ran.exit_code, 0);
+    std::istringstream numbers(ran.out);
+    long early = 0, late = 0;
+    numbers >> early >> late;
+    ASSERT_GT(early, 0);
+    EXPECT_LE(late - early, 256) << "kB";  // an allocator's slack; a leak of 200 bytes a frame would be 300 kB
+}
+
+TEST(LayerPrograms, CountersSayWhatWasLate) {
+    const std::string errors = temporary("stats");
+    const Ran ran = shell(kLayer + "--stats -- " + kBin + "/layer_frames_program 10", errors);
+    ASSERT_EQ(ran.exit_code, 0);
+    const auto counters = nlohmann::json::parse(file_text(errors));
+    EXPECT_EQ(counters["draws_recorded"], 10);
+    EXPECT_EQ(counters["submitted_by"]["glFinish"], 10);
+    EXPECT_EQ(counters["submissions_levels"], 10);
+    EXPECT_TRUE(counters["lateness_lost_by"].empty());
+    EXPECT_LT(counters["pixels_planned"].get<double>(), counters["pixels_full"].get<double>());
+    std::remove(errors.c_str());
+}
+
+TEST(LayerPrograms, ExitCodeAndSignalsAreTheProgramsOwn) {
+    EXPECT_EQ(shell(kLayer + "-- sh -c 'exit 7'").exit_code, 7);
+    EXPECT_EQ(shell(kLayer + "-- sh -c 'kill -9 $$'").exit_code, 137);
+    EXPECT_EQ(shell(kLayer + "-- /nonexistent/program").exit_code, 127);
+    EXPECT_EQ(shell(kBin + "/fovea layer run --library /nonexistent.so -- true").exit_code, 3);
+    EXPECT_EQ(shell(kBin + "/fovea layer run").exit_code, 2);
+}
+
+TEST(LayerPrograms, ADriverThatCannotBeLoadedIsNamed) {
+    const std::string errors = temporary("driver");
+    EXPECT_NE(shell(kLayer + "--vendor libnosuch.so.0 -- " + kBin + "/layer_plain_program", errors).exit_code, 0);
+    EXPECT_NE(file_text(errors).find("libnosuch.so.0"), std::string::npos) << file_text(errors);
+    EXPECT_NE(shell(kLayer + "--vendor libc.so.6 -- " + kBin + "/layer_plain_program", errors).exit_code, 0);
+    EXPECT_NE(file_text(errors).find("no EGL vendor library"), std::string::npos) << file_text(errors);
+    std::remove(errors.c_str());
+}

@@ -1,0 +1,272 @@
+// Random sequences of legal and illegal calls: with every gain 0 the errors, the state and the pixels are those of the
+// plain driver; with foveation on, errors and state still are, and so is every pixel of the region of full density.
+//
+// A failure names its seed: FOVEA_LAYER_SEED=n runs that one alone. FOVEA_LAYER_SEEDS sets how many are run.
+#include <cstdlib>
+#include <cstring>
+#include <random>
+
+#include "tests/layer/layer_test.hpp"
+
+namespace fovea::layer_test {
+namespace {
+
+constexpr int kSize = 96;
+constexpr int kCalls = 160;
+
+struct Outcome {
+    std::vector<GLenum> errors;
+    std::vector<GLint> state;
+    Picture picture;
+};
+
+class RandomProgram {
+public:
+    RandomProgram(unsigned seed, bool stencil, GLuint program, GLuint counting_program)
+        : random_(seed), stencil_(stencil), programs_{program, counting_program} {}
+
+    void set_up(const Surface& target, const Surface& other) {
+        target_ = target;
+        other_ = other;
+        glGenBuffers(2, buffers_);
+        glGenVertexArrays(2, arrays_);
+        glGenTextures(2, textures_);
+        float vertices[64];
+        for (float& v : vertices) v = real(-1.3f, 1.3f);
+        for (const GLuint b : buffers_) {
+            glBindBuffer(GL_ARRAY_BUFFER, b);
+            glBufferData(GL_ARRAY_BUFFER, sizeof vertices, vertices, GL_DYNAMIC_DRAW);
+        }
+        GLubyte pixels[64];
+        for (const GLuint t : textures_) {
+            for (GLubyte& p : pixels) p = static_cast<GLubyte>(pick(256));
+            glBindTexture(GL_TEXTURE_2D, t);
+            glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA, 4, 4, 0, GL_RGBA, GL_UNSIGNED_BYTE, pixels);
+            glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+        }
+        glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer);
+        glViewport(0, 0, kSize, kSize);
+        glUseProgram(programs_[0]);
+        for (float& v : client_) v = real(-1.2f, 1.2f);
+    }
+
+    void step() {
+        const auto f = [this] { return real(0, 1); };
+        static constexpr GLenum kCaps[] = {GL_BLEND, GL_CULL_FACE, GL_DEPTH_TEST, GL_SCISSOR_TEST, GL_DITHER, GL_POLYGON_OFFSET_FILL,
+                                           GL_STENCIL_TEST, 0x1234};
+        static constexpr GLenum kFactors[] = {GL_ZERO, GL_ONE, GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_DST_COLOR, GL_CONSTANT_ALPHA, 0x1234};
+        static constexpr GLenum kFuncs[] = {GL_NEVER, GL_LESS, GL_EQUAL, GL_LEQUAL, GL_GREATER, GL_NOTEQUAL, GL_GEQUAL, GL_ALWAYS, 0x1234};
+        static constexpr GLenum kModes[] = {GL_TRIANGLES, GL_TRIANGLE_STRIP, GL_TRIANGLE_FAN, GL_TRIANGLES, GL_TRIANGLES, 0x4321};
+        const GLenum mode = one_of(kModes);
+        switch (pick(34)) {
+            case 0: {
+                const GLenum cap = one_of(kCaps);
+                if (cap == GL_STENCIL_TEST && !stencil_) break;
+                if (cap == GL_DEPTH_TEST && !depth_) break;
+                pick(2) ? glEnable(cap) : glDisable(cap);
+                break;
+            }
+            case 1: glBlendFunc(one_of(kFactors), one_of(kFactors)); break;
+            case 2: glBlendFuncSeparate(one_of(kFactors), one_of(kFactors), one_of(kFactors), one_of(kFactors)); break;
+            case 3: glDepthFunc(one_of(kFuncs)); break;
+            case 4: glDepthMask(pick(2) == 1); break;
+            case 5: glColorMask(pick(4) > 0, pick(4) > 0, pick(4) > 0, pick(4) > 0); break;
+            case 6: glScissor(pick(kSize) - 10, pick(kSize) - 10, pick(kSize + 40) - 3, pick(kSize + 40)); break;
+            case 7: glViewport(pick(20) - 10, pick(20) - 10, kSize + pick(20) - 12, kSize + pick(20) - 12); break;
+            case 8: glClearColor(f(), f(), f(), f()); break;
+            case 9: {
+                static constexpr GLbitfield kMasks[] = {GL_COLOR_BUFFER_BIT, GL_DEPTH_BUFFER_BIT, GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT,
+                                                        GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT, 0, 0x8};
+                glClear(one_of(kMasks));
+                break;
+            }
+            case 10: {
+                const GLfloat v[4] = {f(), f(), f(), f()};
+                glClearBufferfv(pick(3) ? GL_COLOR : GL_DEPTH, pick(8) ? 0 : 3, v);
+                break;
+            }
+            case 11: case 12: case 13: {
+                pointer(true);
+                glDrawArrays(mode, pick(4), pick(10) ? pick(10) : -1);
+                break;
+            }
+            case 14: case 15: {
+                pointer(false);
+                glDrawArrays(mode, pick(4), pick(12));
+                break;
+            }
+            case 16: {
+                pointer(pick(2) == 0);
+                GLushort indices[8];
+                for (GLushort& i : indices) i = static_cast<GLushort>(pick(12));
+                glBindVertexArray(0);
+                glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, 0);
+                glDrawElements(mode, pick(9), pick(9) ? GL_UNSIGNED_SHORT : GL_FLOAT, indices);
+                std::memset(indices, 0, sizeof indices);
+                break;
+            }
+            case 17: pointer(pick(2) == 0); glDrawArraysInstanced(mode, 0, pick(9), pick(4) - (pick(5) ? 0 : 2)); break;
+            case 18: glUniform4f(uniform("tint"), f(), f(), f(), f()); break;
+            case 19: {
+                const GLfloat v[4] = {f(), f(), f(), f()};
+                glUniform2fv(uniform("shift[0]") + pick(3), pick(3), v);
+                break;
+            }
+            case 20: glUniform1f(pick(10) ? uniform("depth") : 4711, f() * 2 - 1); break;
+            case 21: glUniform1i(uniform("image"), pick(3)); break;
+            case 22: glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(pick(3))); break;
+            case 23: glBindTexture(pick(9) ? GL_TEXTURE_2D : 0x1234, textures_[pick(2)]); break;
+            case 24: {
+                GLubyte pixels[16];
+                for (GLubyte& p : pixels) p = static_cast<GLubyte>(pick(256));
+                glBindTexture(GL_TEXTURE_2D, textures_[pick(2)]);
+                glTexSubImage2D(GL_TEXTURE_2D, 0, pick(3), pick(3), 2, 2, GL_RGBA, GL_UNSIGNED_BYTE, pixels);
+                break;
+            }
+            case 25: {
+                float v[4] = {real(-1, 1), real(-1, 1), real(-1, 1), real(-1, 1)};
+                glBindBuffer(GL_ARRAY_BUFFER, buffers_[pick(2)]);
+                glBufferSubData(GL_ARRAY_BUFFER, 4 * pick(64), sizeof v, v);
+                break;
+            }
+            case 26: client_[static_cast<std::size_t>(pick(64))] = real(-1.2f, 1.2f); break;
+            case 27: pick(2) ? glFlush() : glFinish(); break;
+            case 28: {
+                glBindFramebuffer(GL_FRAMEBUFFER, other_.framebuffer);
+                glClear(GL_COLOR_BUFFER_BIT);
+                glBindFramebuffer(GL_FRAMEBUFFER, target_.framebuffer);
+                break;
+            }
+            case 29: glVertexAttrib4f(1, f(), f(), f(), f()); break;
+            case 30: {
+                glStencilFunc(one_of(kFuncs), pick(256), static_cast<GLuint>(pick(256)));
+                static constexpr GLenum kOps[] = {GL_KEEP, GL_ZERO, GL_REPLACE, GL_INCR, GL_DECR_WRAP, GL_INVERT};
+                glStencilOp(one_of(kOps), one_of(kOps), one_of(kOps));
+                glStencilMask(static_cast<GLuint>(pick(256)));
+                break;
+            }
+            case 31: glBindVertexArray(pick(2) ? 0 : arrays_[pick(2)]); break;
+            case 32: glUseProgram(pick(9) ? programs_[pick(4) == 0] : 4711); break;
+            case 33: {
+                std::uint32_t pixel = 0;
+                glReadPixels(pick(kSize), pick(kSize), 1, 1, GL_RGBA, GL_UNSIGNED_BYTE, &pixel);
+                break;
+            }
+        }
+    }
+
+    [[nodiscard]] static std::vector<GLint> state() {
+        std::vector<GLint> all;
+        for (const GLenum name : {GL_VIEWPORT, GL_SCISSOR_BOX, GL_COLOR_WRITEMASK, GL_BLEND_SRC_RGB, GL_BLEND_DST_ALPHA, GL_STENCIL_FUNC,
+                                  GL_STENCIL_REF, GL_STENCIL_WRITEMASK, GL_STENCIL_FAIL, GL_DEPTH_FUNC, GL_DEPTH_WRITEMASK, GL_ACTIVE_TEXTURE,
+                                  GL_TEXTURE_BINDING_2D, GL_VERTEX_ARRAY_BINDING, GL_ARRAY_BUFFER_BINDING, GL_CURRENT_PROGRAM,
+                                  GL_DRAW_FRAMEBUFFER_BINDING, GL_READ_FRAMEBUFFER_BINDING}) {
+            GLint v[4] = {};
+            glGetIntegerv(static_cast<GLenum>(name), v);
+            all.insert(all.end(), v, v + 4);
+        }
+        for (const GLenum cap : {GL_SCISSOR_TEST, GL_BLEND, GL_STENCIL_TEST, GL_DEPTH_TEST, GL_CULL_FACE, GL_DITHER})
+            all.push_back(glIsEnabled(cap));
+        return all;
+    }
+    void no_depth() { depth_ = false; }
+
+private:
+    int pick(int n) { return static_cast<int>(random_() % static_cast<unsigned>(n)); }
+    float real(float low, float high) { return low + (high - low) * static_cast<float>(random_() % 10007) / 10007.0f; }
+    template <std::size_t N>
+    GLenum one_of(const GLenum (&values)[N]) { return values[pick(static_cast<int>(N))]; }
+    GLint uniform(const char* name) const {
+        GLint used = 0;
+        glGetIntegerv(GL_CURRENT_PROGRAM, &used);
+        return glGetUniformLocation(static_cast<GLuint>(used), name);
+    }
+    // Vertices from the program's memory (default vertex array), or from a buffer.
+    void pointer(bool client) {
+        if (client) glBindVertexArray(0);
+        glBindBuffer(GL_ARRAY_BUFFER, client ? 0 : buffers_[pick(2)]);
+        glVertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, pick(2) ? 0 : 12, client ? client_ : nullptr);
+        glEnableVertexAttribArray(0);
+    }
+
+    std::mt19937 random_;
+    bool stencil_, depth_ = true;
+    GLuint programs_[2];
+    Surface target_, other_;
+    GLuint buffers_[2] = {}, arrays_[2] = {}, textures_[2] = {};
+    float client_[64] = {};
+};
+
+}  // namespace
+
+class RandomCalls : public LayerTest {
+protected:
+    enum class Target { plain, gain_zero, foveated };
+    Outcome run(unsigned seed, Target kind, bool stencil, bool depth) {
+        const EGLContext own = make_context();
+        use(own);
+        const char* vertex = "#version 310 es\nlayout(location = 0) in vec2 p; layout(location = 1) in vec4 c; uniform float depth; uniform vec2 shift[3];\n"
+                             "out vec4 v; out vec2 at; void main() { v = c; at = p; gl_Position = vec4(p + shift[0] * 0.2 - shift[2] * 0.2, depth, 1); }";
+        const GLuint plain_program = program(vertex, "#version 310 es\nprecision highp float; in vec4 v; in vec2 at; uniform vec4 tint; uniform sampler2D image;\n"
+                                                     "out vec4 c; void main() { c = fract(v * 0.3 + tint + texture(image, at)); }");
+        const GLuint counting = program(vertex, "#version 310 es\nprecision highp float; in vec4 v; uniform vec4 tint; layout(binding = 0) uniform atomic_uint n;\n"
+                                                "out vec4 c; void main() { atomicCounterIncrement(n); c = tint; }");
+        GLuint counter = 0;
+        glGenBuffers(1, &counter);
+        glBindBufferBase(GL_ATOMIC_COUNTER_BUFFER, 0, counter);
+        const GLuint zero = 0;
+        glBufferData(GL_ATOMIC_COUNTER_BUFFER, 4, &zero, GL_DYNAMIC_COPY);
+        const Surface other = surface(32, 32), s = surface(kSize, kSize, depth);
+        if (kind != Target::plain) foveate(s);
+        if (kind == Target::foveated) focus(s, 0.1f, -0.2f, 5);
+        RandomProgram random(seed, stencil, plain_program, stencil || !depth ? counting : plain_program);
+        if (!depth) random.no_depth();
+        random.set_up(s, other);
+        glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
+        Outcome outcome;
+        for (int i = 0; i < kCalls; ++i) {
+            random.step();
+            outcome.errors.push_back(glGetError());
+        }
+        outcome.state = RandomProgram::state();
+        outcome.picture = read(s);
+        outcome.errors.push_back(glGetError());
+        use(context);
+        eglDestroyContext(display, own);
+        contexts.pop_back();
+        return outcome;
+    }
+    template <class Test>
+    static void for_seeds(unsigned standard, Test test) {
+        if (const char* one = std::getenv("FOVEA_LAYER_SEED")) return test(static_cast<unsigned>(std::atoi(one)));
+        const char* many = std::getenv("FOVEA_LAYER_SEEDS");
+        const unsigned count = many ? static_cast<unsigned>(std::atoi(many)) : standard;
+        for (unsigned seed = 1; seed <= count && !HasFatalFailure(); ++seed) test(seed);
+    }
+};
+
+TEST_F(RandomCalls, WithGainZeroEverythingIsThePlainDrivers) {
+    for_seeds(25, [this](unsigned seed) {
+        const bool depth = seed % 4 != 0;
+        const Outcome plain = run(seed, Target::plain, depth, depth), layer = run(seed, Target::gain_zero, depth, depth);
+        ASSERT_EQ(plain.errors, layer.errors) << "seed " << seed;
+        ASSERT_EQ(plain.state, layer.state) << "seed " << seed;
+        ASSERT_TRUE(plain.picture == layer.picture) << "seed " << seed;
+    });
+}
+
+TEST_F(RandomCalls, WithFoveationErrorsStateAndTheFoveaAreThePlainDrivers) {
+    for_seeds(25, [this](unsigned seed) {
+        const bool depth = seed % 2 == 0;
+        const Outcome plain = run(seed, Target::plain, false, depth), layer = run(seed, Target::foveated, false, depth);
+        ASSERT_EQ(plain.errors, layer.errors) << "seed " << seed;
+        ASSERT_EQ(plain.state, layer.state) << "seed " << seed;
+        for (int y = 0; y < kSize; ++y)
+            for (int x = 0; x < kSize; ++x)
+                if (spec_density({{0.1f, -0.2f, 5, 5, 0}}, (x + 0.5) / kSize * 2 - 1, (y + 0.5) / kSize * 2 - 1) >= 1) {
+                    ASSERT_EQ(plain.picture.at(x, y), layer.picture.at(x, y)) << "seed " << seed << " at " << x << ' ' << y;
+                }
+    });
+}
+
+}  // namespace fovea::layer_test
