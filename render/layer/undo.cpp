@@ -399,7 +399,9 @@ void Undo::uniform(GLint location, GLsizei count, UniformShape shape) {
     const GLuint program = get_name(GL_CURRENT_PROGRAM);
     if (location < 0 || program == 0) return;
     for (GLint at = location; at < location + count; ++at) {
-        if (!first(kUniform, program, static_cast<std::uint64_t>(at))) continue;
+        // The shape is part of the key: an array set beyond its end must not pass for a save of its neighbour.
+        const int code = (shape.kind == 'f' ? 0 : shape.kind == 'i' ? 1 : 2) * 32 + shape.columns * 5 + shape.components - 1;
+        if (!first(kUniform, program, static_cast<std::uint64_t>(at) | static_cast<std::uint64_t>(code) << 18)) continue;
         if (shape.kind == 'f') {
             std::array<GLfloat, 16> v{};
             gl.GetUniformfv(program, at, v.data());
