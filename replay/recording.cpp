@@ -17,6 +17,8 @@ namespace {
 // A recording of this size would be a day at 1 kHz; beyond it the file is something else.
 constexpr std::size_t kMaxBytes = std::size_t{4} << 30;
 
+constexpr std::int64_t kMaxStep_ns = 10'000'000'000;  // slower than 0.1 Hz is no rate
+
 constexpr const char* kLabelNames[kLabelCount] = {"none", "fixation", "saccade", "post_saccadic", "pursuit", "blink"};
 
 class File {
@@ -140,6 +142,8 @@ std::optional<Label> label_from(std::string_view text) noexcept {
     return std::nullopt;
 }
 
+Result<std::string> read_recording_file(const std::filesystem::path& path) { return read_file(path, kMaxBytes); }
+
 Result<Recording> load_recording(const std::filesystem::path& path) { return load(path, nullptr); }
 
 Result<Recording> load_recording_as(const std::filesystem::path& path, std::string_view name) {
@@ -166,13 +170,17 @@ double measured_rate_hz(const Recording& recording) {
         if (step > 0) steps.push_back(step);
     }
     if (steps.empty()) return 0;
-    // The mean of the middle half: 8 and 9 ms steps of a millisecond clock are 120 Hz, not 125.
-    std::sort(steps.begin(), steps.end());
-    const std::size_t from = steps.size() / 4, to = std::max(from + 1, steps.size() - steps.size() / 4);
-    double sum = 0;
-    for (std::size_t i = from; i < to; ++i) sum += static_cast<double>(steps[i]);
-    const double rate = 1e9 * static_cast<double>(to - from) / sum;
-    for (const double usual : {25., 30., 50., 60., 72., 75., 90., 100., 120., 144., 200., 240., 250., 300., 500., 600., 1000., 1200., 2000.})
+    // The mean of all steps that are no gaps: 8 and 9 ms steps of a millisecond clock are 120 Hz, and steps of 4 and 8 ms
+    // (Pupil Invisible) 200 Hz, neither of which the median finds.
+    std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 2), steps.end());
+    const std::int64_t gap = 3 * std::min(steps[steps.size() / 2], kMaxStep_ns);
+    double sum = 0, count = 0;
+    for (const std::int64_t step : steps)
+        if (step < gap) sum += static_cast<double>(step), ++count;
+    if (count == 0) return 0;
+    const double rate = 1e9 * count / sum;
+    for (const double usual : {25., 30., 50., 60., 72., 75., 90., 100., 120., 144., 200., 240., 250., 300., 500., 600.,
+                               1000., 1200., 2000.})
         if (std::abs(rate / usual - 1) < 0.03) return usual;
     return std::round(rate * 10) / 10;
 }

@@ -52,7 +52,7 @@ struct Recording {
 // Which part of a recording to keep, by the exposure since the first sample. duration < 0: to the end.
 void trim(Recording& recording, Duration start, Duration duration);
 
-// The median time between exposures that differ, as a rate, rounded to a usual one when within 3 %; 0 if unknown.
+// The mean rate of exposures that differ, gaps left out; a usual rate when within 3 % of one; 0 if unknown.
 [[nodiscard]] double measured_rate_hz(const Recording& recording);
 
 }  // namespace fovea::replay

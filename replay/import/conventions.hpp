@@ -27,6 +27,16 @@ inline constexpr double kRadPerDeg = std::numbers::pi / 180;
     return Direction<HeadFrame>::from({x, -y, -z});
 }
 
+// A point on a flat screen seen from `distance` in front of its centre: x to the right, y DOWN, all in one unit.
+[[nodiscard]] inline std::optional<Direction<HeadFrame>> from_screen(double x, double y_down, double distance) {
+    return Direction<HeadFrame>::from({x, -y_down, -distance});
+}
+
+inline void set_gaze(EyeState& eye, const std::optional<Direction<HeadFrame>>& direction) {
+    eye.valid = direction.has_value();
+    if (direction) eye.gaze_dir_head = *direction;
+}
+
 // Unity's Euler angles (degrees; applied z, then x, then y; left-handed, +z forward) as a rotation in our axes:
 // mirroring z turns a rotation (w, x, y, z) into (w, -x, -y, z). Invalid for angles that are not finite.
 [[nodiscard]] inline HeadPose head_from_unity_euler(double x_deg, double y_deg, double z_deg) {

@@ -43,4 +43,32 @@ inline constexpr std::size_t kPrefixSize = 64 * 1024;
 [[nodiscard]] bool recognise_vive_sranipal(std::string_view prefix);
 [[nodiscard]] Result<Recording> read_vive_sranipal(const ImportInput& input);
 
+[[nodiscard]] bool recognise_eyelink_asc(std::string_view prefix);
+[[nodiscard]] Result<Recording> read_eyelink_asc(const ImportInput& input);
+[[nodiscard]] bool recognise_pupil_core(std::string_view prefix);      // pupil_labs.cpp
+[[nodiscard]] Result<Recording> read_pupil_core(const ImportInput& input);
+[[nodiscard]] bool recognise_pupil_cloud(std::string_view prefix);
+[[nodiscard]] Result<Recording> read_pupil_cloud(const ImportInput& input);
+[[nodiscard]] bool recognise_tobii_glasses2(std::string_view prefix);  // tobii_glasses.cpp
+[[nodiscard]] Result<Recording> read_tobii_glasses2(const ImportInput& input);
+[[nodiscard]] bool recognise_tobii_glasses3(std::string_view prefix);
+[[nodiscard]] Result<Recording> read_tobii_glasses3(const ImportInput& input);
+[[nodiscard]] bool recognise_tobii_tx300(std::string_view prefix);
+[[nodiscard]] Result<Recording> read_tobii_tx300(const ImportInput& input);
+[[nodiscard]] bool recognise_tobii_pro_lab(std::string_view prefix);
+[[nodiscard]] Result<Recording> read_tobii_pro_lab(const ImportInput& input);
+[[nodiscard]] bool recognise_jov2023(std::string_view prefix);         // unity_headsets.cpp
+[[nodiscard]] Result<Recording> read_jov2023(const ImportInput& input);
+[[nodiscard]] bool recognise_pico_neo3(std::string_view prefix);
+[[nodiscard]] Result<Recording> read_pico_neo3(const ImportInput& input);
+[[nodiscard]] bool recognise_etdqualitizer(std::string_view prefix);   // research_tables.cpp
+[[nodiscard]] Result<Recording> read_etdqualitizer(const ImportInput& input);
+[[nodiscard]] bool recognise_oemc_hmr(std::string_view prefix);
+[[nodiscard]] Result<Recording> read_oemc_hmr(const ImportInput& input);
+[[nodiscard]] bool recognise_xdf(std::string_view prefix);
+[[nodiscard]] Result<Recording> read_xdf(const ImportInput& input);
+
+// A whole file that belongs to the recording (one that lies beside it), for importers.
+[[nodiscard]] Result<std::string> read_recording_file(const std::filesystem::path& path);
+
 }  // namespace fovea::replay

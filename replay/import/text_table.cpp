@@ -190,6 +190,13 @@ double TextTable::number(std::size_t column) {
     double value = 0;
     const auto [end, ec] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (ec == std::errc{} && end == text.data() + text.size()) return value;
+    if (const auto comma = text.find(','); comma != std::string_view::npos && delimiter_ != ',') {
+        std::string with_point(text);  // an export made where people write 0,5
+        with_point[comma] = '.';
+        const char* const last = with_point.data() + with_point.size();
+        if (const auto r = std::from_chars(with_point.data(), last, value); r.ec == std::errc{} && r.ptr == last)
+            return value;
+    }
     fail_at(column,
             shown(text) + (ec == std::errc::result_out_of_range ? " is beyond the range of a double"
                                                                 : " is not a number"),

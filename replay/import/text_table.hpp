@@ -37,7 +37,8 @@ public:
 
     [[nodiscard]] std::string_view cell(std::size_t column) const;  // trimmed, without quotes
     [[nodiscard]] std::string_view cell(std::optional<std::size_t> column) const;
-    // A real number; empty, "nan", "NA" and "." are NaN. Anything else that is not a number is an error.
+    // A real number; empty, "nan", "NA" and "." are NaN. Anything else that is not a number is an error. A decimal
+    // comma is understood where the delimiter is another character.
     double number(std::size_t column);
     double number(std::optional<std::size_t> column);  // no column: NaN
     // Like number(), but empty or not finite is an error.

@@ -8,6 +8,7 @@
 #include <csignal>
 
 #include "protocol/sphere.hpp"
+#include "replay/import/importer.hpp"
 #include "tests/replay/support.hpp"
 
 using namespace fovea;
@@ -125,13 +126,10 @@ TEST(FoveaCsv, ErrorsNameLineAndColumn) {
 }
 
 TEST(FoveaCsv, TornAtEveryByteIsAnError) {
-    const TempDir dir;
-    const std::string whole = to_csv(odd_recording(3, 23));
-    write_file(dir / "whole.csv", whole);
-    ASSERT_TRUE(load_recording(dir / "whole.csv"));
+    const std::string whole = to_csv(odd_recording(12, 23));
+    ASSERT_TRUE(read_fovea_csv({"whole.csv", whole}));
     for (std::size_t length = 0; length < whole.size(); ++length) {
-        write_file(dir / "torn.csv", std::string_view(whole).substr(0, length));
-        const auto r = load_recording(dir / "torn.csv");
+        const auto r = read_fovea_csv({"torn.csv", std::string_view(whole).substr(0, length)});
         ASSERT_FALSE(r) << length;
         EXPECT_FALSE(r.error().way_out.empty());
     }
