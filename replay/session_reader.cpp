@@ -259,16 +259,24 @@ Result<Recording> load_session(const std::filesystem::path& path) {
     return recording;
 }
 
+// Written beside the target and renamed at the end: a file that is to be overwritten goes only when the new one is whole.
 Result<void> write_session(const std::filesystem::path& path, const Recording& recording, bool overwrite) {
+    std::error_code none;
+    if (std::filesystem::is_directory(path, none)) return fail("is a directory", path.string(), "choose another name");
+    if (!overwrite && std::filesystem::exists(path, none))
+        return fail("the file exists", path.string(), "choose another name, or allow overwriting");
+    const std::string part = path.string() + ".part";
     SessionWriterOptions options;
-    options.overwrite = overwrite;
+    options.overwrite = true;
     options.when_full = SessionWriterOptions::WhenFull::wait;
-    auto writer = SessionWriter::create(path, options);
+    auto writer = SessionWriter::create(part, options);
     if (!writer) return std::unexpected(writer.error());
     writer->set_info(recording.info);
     for (const RecordedSample& r : recording.samples) writer->add_sample(r.sample, r.label);
     auto closed = writer->close();
-    if (!closed) ::unlink(path.c_str());
+    if (closed && ::rename(part.c_str(), path.c_str()) != 0)
+        closed = fail_errno("cannot put the file in place", errno, path.string(), "choose another name");
+    if (!closed) ::unlink(part.c_str());
     return closed;
 }
 

@@ -71,6 +71,9 @@ int run(const ConvertOptions& o) {
         fmt::print(stderr, "fovea convert: name an input and an output file, or ask for --list\n");
         return kUsage;
     }
+    std::error_code none;
+    if (std::filesystem::equivalent(o.in, o.out, none))
+        return report({"input and output are the same file", o.out, "choose another name for the output"}, kUsage);
     auto recording = o.from.empty() ? replay::load_recording(o.in) : replay::load_recording_as(o.in, o.from);
     if (!recording) return report(recording.error(), kBadInput);
     if (o.start_s > 0 || o.duration_s >= 0)
@@ -80,7 +83,11 @@ int run(const ConvertOptions& o) {
     if (!o.device.empty()) recording->info.device = o.device;
     if (!o.source.empty()) recording->info.source = o.source;
     if (!o.licence.empty()) recording->info.licence = o.licence;
-    if (auto written = write(o, *recording); !written) return report(written.error(), kFailed);
+    if (auto written = write(o, *recording); !written) {
+        Error error = written.error();
+        if (error.what == "the file exists") error.way_out = "choose another name, or say --force";
+        return report(error, kFailed);
+    }
     print_summary(o, *recording);
     return kSuccess;
 }
