@@ -1,0 +1,175 @@
+#include "render/extrapolation/extrapolation.hpp"
+
+#include <cmath>
+#include <cstring>
+#include <new>
+
+#include "render/extrapolation/gather.hpp"
+#include "render/extrapolation/motion.hpp"
+#include "render/extrapolation/projection.hpp"
+
+namespace fovea::render::extrapolation {
+
+struct Extrapolator::State {
+    explicit State(const Settings& s) : settings(s), kernels(&choose_kernels(s.vector_code)), pool(s.threads) {}
+
+    Settings settings;
+    const Kernels* kernels;
+    ThreadPool pool;
+    Report report;
+
+    int width_px = 0, height_px = 0;   // what the buffers below are for
+    Format format = Format::rgba8;
+    Tuning tuning;
+    TileMap tiles;
+    LumaScratch luma_scratch;
+    MotionSearch motion;
+    Projection projection;       // of the search's cells
+    Projection known_projection; // of the renderer's motion; sized on first use
+    Gatherable source;
+    Gather gather;
+};
+
+namespace {
+
+void copy_picture(const ConstImage& from, const Image& to) noexcept {
+    const auto bytes = static_cast<std::size_t>(from.width_px) * static_cast<std::size_t>(bytes_per_pixel(from.format));
+    for (int y = 0; y < from.height_px; ++y) std::memcpy(to.row(y), from.row(y), bytes);
+}
+
+bool usable(const ConstImage& i) noexcept {
+    return i.pixels != nullptr && i.width_px >= 1 && i.height_px >= 1 && i.width_px <= kMaxEdgePx && i.height_px <= kMaxEdgePx &&
+           i.row_bytes >= static_cast<std::ptrdiff_t>(i.width_px) * bytes_per_pixel(i.format);
+}
+
+// The k for which the buffer is ceil(picture / k); 0: none.
+int cell_of(const KnownMotion& m, int width_px, int height_px) noexcept {
+    for (const int k : {1, 2, 4, 8})
+        if (m.motion_px != nullptr && m.width == (width_px + k - 1) / k && m.height == (height_px + k - 1) / k) return k;
+    return 0;
+}
+
+}  // namespace
+
+const char* outcome_text(Outcome o) noexcept {
+    switch (o) {
+        case Outcome::ok: return "ok";
+        case Outcome::factor_is_zero: return "the factor is 0";
+        case Outcome::formats_differ: return "the formats differ";
+        case Outcome::sizes_differ: return "the sizes differ";
+        case Outcome::unusable_picture: return "a picture has no pixels, or an edge outside 1 to 16384";
+        case Outcome::unusable_motion: return "the known motion covers the picture with no cell of 1, 2, 4 or 8 pixels";
+        case Outcome::out_of_memory: return "out of memory";
+    }
+    return "?";
+}
+
+Extrapolator::Extrapolator(std::unique_ptr<State> state) noexcept : state_(std::move(state)) {}
+Extrapolator::Extrapolator(Extrapolator&&) noexcept = default;
+Extrapolator& Extrapolator::operator=(Extrapolator&&) noexcept = default;
+Extrapolator::~Extrapolator() = default;
+
+Result<Extrapolator> Extrapolator::create(const Settings& settings) {
+    if (settings.threads < 1 || settings.threads > 16) return fail("extrapolation threads outside 1 to 16", "extrapolation.threads", "1 is right beside a software rasteriser");
+    try {
+        return Extrapolator(std::make_unique<State>(settings));
+    } catch (const std::exception& e) {
+        return fail(std::string("cannot start the extrapolation's threads: ") + e.what(), "extrapolation.threads", "use fewer");
+    }
+}
+
+const Report& Extrapolator::report() const noexcept { return state_->report; }
+const Settings& Extrapolator::settings() const noexcept { return state_->settings; }
+const char* Extrapolator::code_path() const noexcept { return state_->kernels->name; }
+
+bool Extrapolator::prepare(int width_px, int height_px, Format format) noexcept {
+    State& s = *state_;
+    if (s.width_px == width_px && s.height_px == height_px && s.format == format) return true;
+    s.width_px = 0;
+    try {
+        s.tuning = tuning_of(s.settings.preset);
+        // A small picture has no motion to spare for coarse cells.
+        if (std::min(width_px, height_px) < 256) s.tuning.cell_px = 2;
+        s.tiles.resize(width_px, height_px);
+        s.luma_scratch.resize(width_px, s.settings.threads);
+        s.motion.resize(width_px, height_px, s.tuning.cell_px);
+        s.projection.resize(s.motion.field().width, s.motion.field().height);
+        s.known_projection.resize(0, 0);
+        s.source.resize(width_px, height_px, format);
+        s.gather.resize(width_px, format, s.settings.threads);
+    } catch (const std::bad_alloc&) {
+        return false;
+    }
+    s.width_px = width_px;
+    s.height_px = height_px;
+    s.format = format;
+    return true;
+}
+
+Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2, const Image& output, float factor, const Hints& hints) noexcept {
+    State& s = *state_;
+    s.report = {};
+    if (factor == 0) return Outcome::factor_is_zero;
+    if (src1.format != src2.format || src1.format != output.format) return Outcome::formats_differ;
+    if (src1.width_px != src2.width_px || src1.width_px != output.width_px || src1.height_px != src2.height_px || src1.height_px != output.height_px) return Outcome::sizes_differ;
+    if (!usable(src1) || !usable(src2) || !usable(output)) return Outcome::unusable_picture;
+    int known_cell = 0;
+    if (hints.motion != nullptr) {
+        known_cell = cell_of(*hints.motion, src1.width_px, src1.height_px);
+        if (known_cell == 0) return Outcome::unusable_motion;
+    }
+    if (!prepare(src1.width_px, src1.height_px, src1.format)) return Outcome::out_of_memory;
+    if (known_cell != 0 && (s.known_projection.displacement().width != hints.motion->width || s.known_projection.displacement().height != hints.motion->height)) {
+        try {
+            s.known_projection.resize(hints.motion->width, hints.motion->height);
+        } catch (const std::bad_alloc&) {
+            return Outcome::out_of_memory;
+        }
+    }
+
+    const auto repeat = [&](const ConstImage& source, Report::Reason reason) {
+        s.report.repeated = true;
+        s.report.reason = reason;
+        copy_picture(source, output);
+        return Outcome::ok;
+    };
+    if (!std::isfinite(factor)) return repeat(factor < 0 ? src1 : src2, Report::Reason::factor_without_meaning);
+    if (factor == -1) return repeat(src1, Report::Reason::at_a_source);
+
+    compare_tiles(src1, src2, s.tiles, s.pool);
+    s.report.static_fraction = static_cast<float>(s.tiles.still_count) / static_cast<float>(s.tiles.columns * s.tiles.rows);
+    if (s.tiles.all_still()) return repeat(src2, Report::Reason::static_pair);
+
+    // Known motion belongs to src2; else the nearer source is moved, and time runs backwards from src1.
+    const bool from_first = known_cell == 0 && factor < -0.5f;
+    const ConstImage &near = from_first ? src1 : src2, &far = from_first ? src2 : src1;
+    const float step = from_first ? -1 - factor : factor;   // in frame times, away from the farther source
+    const auto longer = static_cast<float>(std::max(near.width_px, near.height_px));
+    const float reach_px = std::max(1.0f, kMaxReach * longer);
+
+    Projection* projection = &s.projection;
+    int cell_px = s.tuning.cell_px;
+    if (known_cell != 0) {
+        projection = &s.known_projection;
+        cell_px = known_cell;
+        projection->run({hints.motion->motion_px, hints.motion->motion_px + 1, 2, step}, hints.motion->depth, cell_px, reach_px);
+    } else {
+        const float key = luma_key(src2);
+        make_luma(near, cell_px, key, s.motion.near_luma(), s.luma_scratch, *s.kernels, s.pool);
+        make_luma(far, cell_px, key, s.motion.far_luma(), s.luma_scratch, *s.kernels, s.pool);
+        s.motion.run({s.tuning, hints.gaze}, s.tiles, *s.kernels, s.pool);
+        s.report.levels = s.motion.levels();
+        s.report.unexplained_fraction = s.motion.unexplained_fraction();
+        if (s.report.unexplained_fraction > kCutFraction) return repeat(near, Report::Reason::scene_cut);
+        // The field points to the farther source: carried on, it points away from it.
+        const Field& f = s.motion.field();
+        projection->run({f.u.data(), f.v.data(), 1, -step * static_cast<float>(cell_px)}, nullptr, cell_px, reach_px);
+    }
+    s.report.filled_fraction = projection->filled_fraction();
+    if (!projection->moves()) return repeat(near, Report::Reason::none);
+    make_gatherable(near, s.source, s.pool);
+    s.gather.run({&near, &s.source, &output, &projection->displacement(), cell_px, &s.tiles, hints.gaze, s.tuning.cubic}, *s.kernels, s.pool);
+    return Outcome::ok;
+}
+
+}  // namespace fovea::render::extrapolation

@@ -1,0 +1,129 @@
+#include "render/extrapolation/gather.hpp"
+
+#include <cmath>
+#include <cstring>
+
+namespace fovea::render::extrapolation {
+
+namespace {
+
+constexpr float kFixedOne = 256;
+// Neighbouring cells whose displacements differ by more than this belong to different surfaces.
+constexpr float kSurfaceStepPx = 3.0f;
+
+std::int32_t to_fixed(float px) noexcept { return static_cast<std::int32_t>(px * kFixedOne + (px < 0 ? -0.5f : 0.5f)); }
+
+}  // namespace
+
+void Gather::resize(int width_px, Format format, int threads) {
+    scratch_.resize(static_cast<std::size_t>(threads));
+    for (auto& s : scratch_) {
+        const auto width = static_cast<std::size_t>(width_px);
+        s.dx.assign(width + 16, 0);
+        s.dy.assign(width + 16, 0);
+        s.row_u.assign(width + 2, 0.0f);
+        s.row_v.assign(width + 2, 0.0f);
+        const bool own = format == Format::rgba8 || format == Format::rgba32f;
+        s.packed.assign(own ? 0 : width * (is_float(format) ? 16 : 4), 0);
+    }
+}
+
+void Gather::displacement_row(const Job& job, int y, int x0, int x1, Scratch& s) noexcept {
+    const Field& f = *job.displacement;
+    const int q = job.cell_px;
+    if (q == 1) {
+        const float *u = f.u.data() + static_cast<std::ptrdiff_t>(y) * f.width, *v = f.v.data() + static_cast<std::ptrdiff_t>(y) * f.width;
+        for (int x = x0; x < x1; ++x) {
+            s.dx[static_cast<std::size_t>(x)] = to_fixed(u[x]);
+            s.dy[static_cast<std::size_t>(x)] = to_fixed(v[x]);
+        }
+        return;
+    }
+    // Twice the position in cells, from the centre of cell 0: (2y + 1 - q) / q halves.
+    const int twice = 2 * y + 1 - q, j0 = std::clamp(twice < 0 ? -1 : twice / (2 * q), 0, f.height - 1), j1 = std::min(j0 + (twice < 0 ? 0 : 1), f.height - 1);
+    const float fy = twice < 0 ? 0.0f : static_cast<float>(twice - 2 * q * j0) / static_cast<float>(2 * q);
+    const int c0 = std::max(x0 / q - 1, 0), c1 = std::min((x1 - 1) / q + 2, f.width);
+    const float *ua = f.u.data() + static_cast<std::ptrdiff_t>(j0) * f.width, *ub = f.u.data() + static_cast<std::ptrdiff_t>(j1) * f.width;
+    const float *va = f.v.data() + static_cast<std::ptrdiff_t>(j0) * f.width, *vb = f.v.data() + static_cast<std::ptrdiff_t>(j1) * f.width;
+    float *ru = s.row_u.data(), *rv = s.row_v.data();
+    for (int c = c0; c < c1; ++c) {
+        const float du = ub[c] - ua[c], dv = vb[c] - va[c];
+        const bool step = std::fabs(du) > kSurfaceStepPx || std::fabs(dv) > kSurfaceStepPx;
+        const float t = step ? (fy < 0.5f ? 0.0f : 1.0f) : fy;
+        ru[c] = (ua[c] + t * du) * kFixedOne;
+        rv[c] = (va[c] + t * dv) * kFixedOne;
+    }
+    std::int32_t *dx = s.dx.data(), *dy = s.dy.data();
+    const float per = 1.0f / static_cast<float>(2 * q);
+    // From the centre of cell c to that of c + 1: q pixels, starting half a cell into c.
+    for (int c = c0 - 1; c < c1; ++c) {
+        const int a = std::clamp(c, c0, c1 - 1), b = std::min(a + (c < c0 ? 0 : 1), c1 - 1);
+        const int first = c * q + q / 2, begin = std::max(first, x0), end = std::min(first + q, x1);
+        if (begin >= end) continue;
+        const float u = ru[a], v = rv[a], du = ru[b] - u, dv = rv[b] - v;
+        const bool step = std::fabs(du) > kSurfaceStepPx * kFixedOne || std::fabs(dv) > kSurfaceStepPx * kFixedOne;
+        for (int x = begin; x < end; ++x) {
+            float t = static_cast<float>(2 * (x - first) + 1) * per;
+            if (step) t = t < 0.5f ? 0.0f : 1.0f;
+            const float px = u + t * du, py = v + t * dv;
+            dx[x] = static_cast<std::int32_t>(px + (px < 0 ? -0.5f : 0.5f));
+            dy[x] = static_cast<std::int32_t>(py + (py < 0 ? -0.5f : 0.5f));
+        }
+    }
+}
+
+void Gather::run(const Job& job, const Kernels& kernels, ThreadPool& pool) noexcept {
+    const ConstImage& near = *job.near;
+    const bool floats = is_float(near.format), own = near.format == Format::rgba8 || near.format == Format::rgba32f;
+    const int pixel = bytes_per_pixel(near.format);
+    std::atomic<std::size_t> next{0};
+    const auto workers = static_cast<int>(scratch_.size());
+    const int chunk = (job.tiles->rows + workers - 1) / workers;
+    pool.run(job.tiles->rows, chunk, [&](int row0, int row1) {
+        Scratch& s = scratch_[next.fetch_add(1, std::memory_order_relaxed) % scratch_.size()];
+        for (int row = row0; row < row1; ++row) {
+            const int y0 = row * kTilePx, y1 = std::min(y0 + kTilePx, near.height_px);
+            for (int column = 0; column < job.tiles->columns;) {
+                const auto copied = [&](int c) {
+                    if (!job.tiles->is_still(c, row)) return false;
+                    const Field& f = *job.displacement;
+                    const int q = job.cell_px, i1 = std::min(((c + 1) * kTilePx + q - 1) / q, f.width), j1 = std::min((y1 + q - 1) / q, f.height);
+                    for (int j = y0 / q; j < j1; ++j)
+                        for (int i = c * kTilePx / q; i < i1; ++i) {
+                            const std::size_t at = static_cast<std::size_t>(j) * static_cast<std::size_t>(f.width) + static_cast<std::size_t>(i);
+                            if (f.u[at] != 0 || f.v[at] != 0) return false;
+                        }
+                    return true;
+                };
+                const auto cubic_there = [&](int c) {
+                    if (!job.cubic || job.gaze == nullptr) return job.cubic;
+                    const float dx = static_cast<float>(c * kTilePx + kTilePx / 2) - job.gaze->x_px, dy = static_cast<float>(y0 + kTilePx / 2) - job.gaze->y_px;
+                    return !(dx * dx + dy * dy > job.gaze->full_radius_px * job.gaze->full_radius_px);
+                };
+                const bool copy = copied(column), cubic = cubic_there(column);
+                int end = column + 1;
+                while (end < job.tiles->columns && copied(end) == copy && (copy || cubic_there(end) == cubic)) ++end;
+                const int x0 = column * kTilePx, x1 = std::min(end * kTilePx, near.width_px);
+                column = end;
+                const auto from = static_cast<std::ptrdiff_t>(x0) * pixel;
+                for (int y = y0; y < y1; ++y) {
+                    std::byte* out = job.output->row(y) + from;
+                    if (copy) {
+                        std::memcpy(out, near.row(y) + from, static_cast<std::size_t>(x1 - x0) * static_cast<std::size_t>(pixel));
+                        continue;
+                    }
+                    displacement_row(job, y, x0, x1, s);
+                    void* to = own ? static_cast<void*>(out) : s.packed.data();
+                    const WarpRow warp{job.source->pixels, job.source->row_bytes, near.width_px, near.height_px, y, x0, x1, s.dx.data(), s.dy.data(), to, job.source->finite};
+                    if (floats)
+                        (cubic ? kernels.warp_float_cubic : kernels.warp_float_linear)(warp);
+                    else
+                        (cubic ? kernels.warp_rgba8_cubic : kernels.warp_rgba8_linear)(warp);
+                    if (!own) pack_row(s.packed.data(), near.format, x1 - x0, out);
+                }
+            }
+        }
+    });
+}
+
+}  // namespace fovea::render::extrapolation

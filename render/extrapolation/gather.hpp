@@ -1,0 +1,39 @@
+// The last step: every output pixel read from the nearer source at its displacement; tiles that stand still are copied.
+//
+// Input: displacement per cell, pixels; between cell centres it is interpolated where neighbours agree, and taken from the
+// nearer cell where they do not, so that two surfaces keep an edge between them.
+#pragma once
+
+#include "render/extrapolation/extrapolation.hpp"
+#include "render/extrapolation/sources.hpp"
+
+namespace fovea::render::extrapolation {
+
+class Gather {
+public:
+    void resize(int width_px, Format format, int threads);
+
+    struct Job {
+        const ConstImage* near;
+        const Gatherable* source;
+        const Image* output;
+        const Field* displacement;
+        int cell_px;
+        const TileMap* tiles;
+        const Gaze* gaze;        // cubic only inside its coarse radius; null: everywhere
+        bool cubic;
+    };
+    void run(const Job& job, const Kernels& kernels, ThreadPool& pool) noexcept;
+
+private:
+    struct Scratch {
+        std::vector<std::int32_t> dx, dy;
+        std::vector<float> row_u, row_v;
+        std::vector<std::uint8_t> packed;
+    };
+    static void displacement_row(const Job& job, int y, int x0, int x1, Scratch& s) noexcept;
+
+    std::vector<Scratch> scratch_;
+};
+
+}  // namespace fovea::render::extrapolation

@@ -1,0 +1,92 @@
+// The inner loops of the engine, compiled once for any processor and once for AVX2; both give the same bits.
+//
+// They use the compiler's vector extensions with a fixed width of eight floats and no fused operations, so that the order
+// of every sum is the same on both paths. A job is plain data; a function works on a range of its rows.
+// Threads: pure but for the job's output rows.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace fovea::render::extrapolation {
+
+inline constexpr int kPatchPx = 8;    // edge of a patch of the search, pixels of its level
+inline constexpr int kStridePx = 4;   // from one patch to the next
+inline constexpr int kPadPx = 16;     // border of repeated pixels around every luma level
+
+struct PatchMotion {
+    float u = 0, v = 0;   // where the patch is in the other picture, relative; pixels of the level
+    float cost = 0;       // squared differences left, after the mean is taken out
+    float shift = 0;      // mean difference
+    float xx = 0, xy = 0, yy = 0;   // how much the patch says about its motion: its gradients' products, mean taken out
+    float u_found = 0, v_found = 0;  // before the patches were balanced
+};
+
+// What to do with a patch.
+enum PatchTask : std::uint8_t { kPatchStill = 0, kPatchKeep = 1, kPatchSearch = 2 };
+
+// Patch (i, j) covers the pixels 4i-4 to 4i+3, 4j-4 to 4j+3 of `from`: every pixel lies in four patches.
+struct SearchJob {
+    const float *from, *to;      // pixel (0, 0) of two planes with kPadPx pixels around them
+    std::ptrdiff_t stride;
+    int width, height;
+    int columns, rows;           // of patches
+    PatchMotion* patches;        // in: where to start; out: what was found
+    const std::uint8_t* tasks;   // PatchTask
+    int iterations, passes;
+    float reach;                 // no component of a motion may exceed it
+};
+
+// Patches exchange what they know: each moves to where its own evidence and its neighbours' motion balance. Where a patch
+// sees only an edge, or nothing, its neighbours decide; where neighbours differ widely they do not belong together.
+struct BalanceJob {
+    const SearchJob* search;
+    int rounds;
+    float stiffness;             // evidence, as of `xx`, that equals one neighbour's word
+};
+
+// Motion per pixel of the level: the mean of its four patches, those that fit the pixel better counting more.
+struct SpreadJob {
+    const SearchJob* search;
+    float *u, *v;                // width x height
+};
+
+// One edge-aware pass: every cell becomes the mean of its neighbours at `step`, weighted by likeness in `guide` and by trust.
+struct SmoothJob {
+    const float *u, *v, *trust;  // width x height
+    const float* guide;          // plane with padding
+    std::ptrdiff_t guide_stride;
+    int width, height, step;
+    float *u_out, *v_out;
+};
+
+// One row of the gather. dx, dy: where each output pixel comes from, relative, 1/256 pixel, at most kMaxEdgePx.
+struct WarpRow {
+    const std::uint8_t* source;  // four channels of 8 bits, or four floats
+    std::ptrdiff_t source_stride;
+    int width, height;
+    int y, x0, x1;
+    const std::int32_t *dx, *dy;
+    void* out;                   // pixel x0 of the output row, same four channels
+    const std::uint8_t* finite;  // floats only: one flag per pixel, rows of `width`; null: all are
+};
+
+struct Kernels {
+    const char* name;
+    void (*search)(const SearchJob&, int row0, int row1);      // rows of patches; reads and writes only these
+    void (*balance)(const BalanceJob&);
+    void (*spread)(const SpreadJob&, int band0, int band1);    // bands of kStridePx rows
+    void (*smooth)(const SmoothJob&, int row0, int row1);
+    void (*halve)(const float* in, std::ptrdiff_t in_stride, float* out, std::ptrdiff_t out_stride, int out_width, int row0, int row1);
+    // Sums of 2x2 or 4x4 pixels of RGBA8 as luma 0 to 255, alpha counting a quarter. Whole cells only.
+    void (*luma_rgba8)(const std::uint8_t* rows, std::ptrdiff_t row_bytes, int cell_px, int cells, float* out);
+    void (*warp_rgba8_linear)(const WarpRow&);
+    void (*warp_rgba8_cubic)(const WarpRow&);
+    void (*warp_float_linear)(const WarpRow&);
+    void (*warp_float_cubic)(const WarpRow&);
+};
+
+// The widest that this processor runs, or the portable one.
+[[nodiscard]] const Kernels& choose_kernels(bool vector_code) noexcept;
+
+}  // namespace fovea::render::extrapolation

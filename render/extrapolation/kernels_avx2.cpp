@@ -1,0 +1,14 @@
+// The same loops as kernels_portable.cpp; this file alone is compiled for AVX2.
+#include "render/extrapolation/kernels.hpp"
+
+namespace fovea::render::extrapolation::avx2 {
+namespace {
+#include "render/extrapolation/kernels_vector.hpp"
+#include "render/extrapolation/kernels_search.hpp"
+#include "render/extrapolation/kernels_field.hpp"
+#include "render/extrapolation/kernels_warp.hpp"
+}  // namespace
+extern const Kernels kKernels;
+const Kernels kKernels = {"avx2", search, balance, spread, smooth, halve, luma_rgba8, warp_rgba8_linear, warp_rgba8_cubic,
+                          warp_float_linear, warp_float_cubic};
+}  // namespace fovea::render::extrapolation::avx2

@@ -1,0 +1,273 @@
+// The search, and the spreading of what it found over pixels. Included inside a namespace per code path.
+//
+// A patch of `from` is moved over `to` by Gauss-Newton steps whose matrix depends on `from` alone and is built once
+// (inverse compositional). The mean difference is taken out, so that a change of brightness is no motion.
+
+struct Template {
+    V8 pixels[kPatchPx], gx[kPatchPx], gy[kPatchPx];
+    float sum_gx, sum_gy;
+    float xx, xy, yy;
+    float a, b, d;      // inverse of the 2x2 matrix {a b; b d}; all 0 where the patch says nothing about motion
+};
+
+struct Fit {
+    float cost, shift, bx, by;
+};
+
+FOVEA_INLINE void build_template(Template& t, const float* p, std::ptrdiff_t stride) {
+    V8 above, below, left, right;
+    V8 sx{}, sy{}, sxx{}, syy{}, sxy{};
+    for (int r = 0; r < kPatchPx; ++r) {
+        const float* row = p + r * stride;
+        load(t.pixels[r], row);
+        load(left, row - 1);
+        load(right, row + 1);
+        load(above, row - stride);
+        load(below, row + stride);
+        const V8 gx = (right - left) * 0.5f, gy = (below - above) * 0.5f;
+        t.gx[r] = gx;
+        t.gy[r] = gy;
+        sx += gx;
+        sy += gy;
+        sxx += gx * gx;
+        syy += gy * gy;
+        sxy += gx * gy;
+    }
+    V4 s, s2;
+    sum4(s, sx, sy, sxx, syy);
+    sum4(s2, sxy, sxy, sxy, sxy);
+    constexpr float n = kPatchPx * kPatchPx;
+    t.sum_gx = s[0];
+    t.sum_gy = s[1];
+    // A little on the diagonal keeps an edge from sliding along itself, and a flat patch where it started.
+    constexpr float kDamping = 8.0f;
+    t.xx = s[2] - s[0] * s[0] / n;
+    t.yy = s[3] - s[1] * s[1] / n;
+    t.xy = s2[0] - s[0] * s[1] / n;
+    const float xx = t.xx + kDamping, yy = t.yy + kDamping, xy = t.xy;
+    const float det = xx * yy - xy * xy;
+    const bool says_something = xx + yy > 4 * kDamping && det > 0;
+    const float inverse = says_something ? 1.0f / det : 0.0f;
+    t.a = yy * inverse;
+    t.b = -xy * inverse;
+    t.d = xx * inverse;
+}
+
+// What is left with the patch at column x, row y of `to` (both kept inside the padding).
+FOVEA_INLINE void evaluate(Fit& fit, const Template& t, const SearchJob& job, float x, float y) {
+    constexpr float kLow = 1 - kPadPx;
+    x = clamp(x, kLow, static_cast<float>(job.width + kPadPx - kPatchPx - 2));
+    y = clamp(y, kLow, static_cast<float>(job.height + kPadPx - kPatchPx - 2));
+    const int ix = floor_int(x), iy = floor_int(y);
+    V8 fx, fy;
+    splat(fx, x - static_cast<float>(ix));
+    splat(fy, y - static_cast<float>(iy));
+    const float* p = job.to + iy * job.stride + ix;
+    V8 a, b, sd{}, sdd{}, sx{}, sy{};
+    load(a, p);
+    load(b, p + 1);
+    V8 upper = a + fx * (b - a);
+    for (int r = 0; r < kPatchPx; ++r) {
+        p += job.stride;
+        load(a, p);
+        load(b, p + 1);
+        const V8 lower = a + fx * (b - a);
+        const V8 d = upper + fy * (lower - upper) - t.pixels[r];
+        upper = lower;
+        sd += d;
+        sdd += d * d;
+        sx += d * t.gx[r];
+        sy += d * t.gy[r];
+    }
+    V4 s;
+    sum4(s, sd, sdd, sx, sy);
+    constexpr float kPerPixel = 1.0f / (kPatchPx * kPatchPx);
+    fit.shift = s[0] * kPerPixel;
+    fit.cost = s[1] - s[0] * fit.shift;
+    fit.bx = s[2] - t.sum_gx * fit.shift;
+    fit.by = s[3] - t.sum_gy * fit.shift;
+}
+
+FOVEA_INLINE void refine(PatchMotion& m, Fit fit, const Template& t, const SearchJob& job, float x0, float y0) {
+    m.cost = fit.cost;
+    m.shift = fit.shift;
+    const float u0 = m.u, v0 = m.v;
+    float u = m.u, v = m.v;
+    for (int i = 0; i < job.iterations; ++i) {
+        const float du = t.a * fit.bx + t.b * fit.by, dv = t.b * fit.bx + t.d * fit.by;
+        u = clamp(u - du, -job.reach, job.reach);
+        v = clamp(v - dv, -job.reach, job.reach);
+        // A patch that runs further than its own size has lost its way; so has a step that is no number.
+        if (!((u - u0) * (u - u0) + (v - v0) * (v - v0) < static_cast<float>(kPatchPx * kPatchPx))) break;
+        evaluate(fit, t, job, x0 + u, y0 + v);
+        if (!(fit.cost < m.cost)) break;
+        m.u = u;
+        m.v = v;
+        m.cost = fit.cost;
+        m.shift = fit.shift;
+        constexpr float kStopStep = 0.02f;   // pixels of the level
+        if (du * du + dv * dv < kStopStep * kStopStep) break;
+    }
+}
+
+FOVEA_INLINE void consider(PatchMotion& m, Fit& best, const Template& t, const SearchJob& job, float x0, float y0, float u, float v) {
+    constexpr float kSameMotion = 0.25f, kMustGain = 0.9f;
+    if ((u - m.u) * (u - m.u) + (v - m.v) * (v - m.v) < kSameMotion * kSameMotion) return;
+    Fit fit;
+    evaluate(fit, t, job, x0 + u, y0 + v);
+    if (fit.cost < kMustGain * best.cost) {
+        m.u = u;
+        m.v = v;
+        best = fit;
+    }
+}
+
+// The patch lies further outside `to` than it does outside `from`: what it shows came into the picture since.
+FOVEA_INLINE bool leaves(const SearchJob& job, float x0, float y0, const PatchMotion& m) {
+    constexpr float kSlack = 1.0f;
+    const auto right = static_cast<float>(job.width - kPatchPx), below = static_cast<float>(job.height - kPatchPx);
+    const float x = x0 + m.u, y = y0 + m.v;
+    return x < smaller(x0, 0) - kSlack || y < smaller(y0, 0) - kSlack || x > larger(x0, right) + kSlack || y > larger(y0, below) + kSlack;
+}
+
+static void search(const SearchJob& job, int row0, int row1) {
+    Template t;
+    for (int pass = 0; pass < job.passes; ++pass) {
+        const bool back = pass % 2 == 1;
+        const int step = back ? 1 : -1;   // to the neighbours that this pass has done
+        for (int k = 0; k < row1 - row0; ++k) {
+            const int j = back ? row1 - 1 - k : row0 + k;
+            for (int l = 0; l < job.columns; ++l) {
+                const int i = back ? job.columns - 1 - l : l;
+                PatchMotion& m = job.patches[j * job.columns + i];
+                if (job.tasks[j * job.columns + i] != kPatchSearch) {
+                    if (pass == 0) m.cost = m.shift = m.xx = m.xy = m.yy = 0;
+                    continue;
+                }
+                const int x = kStridePx * i - kStridePx, y = kStridePx * j - kStridePx;
+                const auto x0 = static_cast<float>(x), y0 = static_cast<float>(y);
+                const bool has_column = i + step >= 0 && i + step < job.columns, has_row = j + step >= row0 && j + step < row1;
+                const PatchMotion before = m;
+                const PatchMotion& side = job.patches[j * job.columns + i + (has_column ? step : 0)];
+                const PatchMotion& over = job.patches[(j + (has_row ? step : 0)) * job.columns + i];
+                constexpr float kSame = 0.25f * 0.25f;
+                if (pass > 0 && (side.u - m.u) * (side.u - m.u) + (side.v - m.v) * (side.v - m.v) < kSame &&
+                    (over.u - m.u) * (over.u - m.u) + (over.v - m.v) * (over.v - m.v) < kSame)
+                    continue;
+                build_template(t, job.from + y * job.stride + x, job.stride);
+                if (pass == 0) m.cost = m.shift = m.xx = m.xy = m.yy = 0;
+                if (t.a == 0 || leaves(job, x0, y0, m)) continue;   // flat, or never seen there: as its surroundings
+                m.xx = t.xx;
+                m.xy = t.xy;
+                m.yy = t.yy;
+                Fit fit;
+                evaluate(fit, t, job, x0 + m.u, y0 + m.v);
+                consider(m, fit, t, job, x0, y0, side.u, side.v);
+                consider(m, fit, t, job, x0, y0, over.u, over.v);
+                if (pass == 0) consider(m, fit, t, job, x0, y0, 0, 0);
+                if (pass > 0 && m.u == before.u && m.v == before.v) continue;
+                refine(m, fit, t, job, x0, y0);
+            }
+        }
+    }
+}
+
+static void balance(const BalanceJob& job) {
+    const SearchJob& s = *job.search;
+    for (int k = 0; k < s.columns * s.rows; ++k) {
+        s.patches[k].u_found = s.patches[k].u;
+        s.patches[k].v_found = s.patches[k].v;
+    }
+    constexpr float kApart = 1.0f, kNoise = 2.0f;   // pixels of the level; levels of 255
+    for (int round = 0; round < job.rounds; ++round)
+        for (int k = 0; k < s.columns * s.rows; ++k) {
+            const int at = round % 2 == 0 ? k : s.columns * s.rows - 1 - k;
+            if (s.tasks[at] == kPatchStill) continue;
+            PatchMotion& m = s.patches[at];
+            const int i = at % s.columns, j = at / s.columns;
+            float su = 0, sv = 0, sw = 0;
+            const auto listen = [&](int other) __attribute__((always_inline)) {
+                const PatchMotion& n = s.patches[other];
+                const float du = n.u - m.u, dv = n.v - m.v;
+                const float w = job.stiffness / (1.0f + (du * du + dv * dv) * (1.0f / (kApart * kApart)));
+                su += w * n.u;
+                sv += w * n.v;
+                sw += w;
+            };
+            if (i > 0) listen(at - 1);
+            if (i + 1 < s.columns) listen(at + 1);
+            if (j > 0) listen(at - s.columns);
+            if (j + 1 < s.rows) listen(at + s.columns);
+            // A patch that fits badly knows less than its gradients promise.
+            const float trust = 1.0f / (1.0f + m.cost * (1.0f / (kPatchPx * kPatchPx * kNoise * kNoise)));
+            const float xx = m.xx * trust, xy = m.xy * trust, yy = m.yy * trust;
+            const float a = xx + sw, d = yy + sw, det = a * d - xy * xy;
+            if (!(det > 0)) continue;
+            const float bu = xx * m.u_found + xy * m.v_found + su, bv = xy * m.u_found + yy * m.v_found + sv;
+            m.u = (d * bu - xy * bv) / det;
+            m.v = (a * bv - xy * bu) / det;
+        }
+}
+
+static void spread(const SpreadJob& job, int band0, int band1) {
+    const SearchJob& s = *job.search;
+    constexpr int kMaxWidth = 8192 + 32;   // kMaxEdgePx / 2, the finest cell
+    static thread_local float sums[3][kStridePx][kMaxWidth];
+    V8 one;
+    splat(one, 1.0f);
+    for (int band = band0; band < band1; ++band) {
+        for (auto& plane : sums)
+            for (auto& row : plane) __builtin_memset(row, 0, sizeof(float) * static_cast<std::size_t>(s.columns * kStridePx + 16));
+        for (int half = 0; half < 2; ++half) {
+            const int j = band + half, first = half == 0 ? kStridePx : 0;   // rows of the patch that lie in the band
+            if (j >= s.rows) continue;
+            for (int i = 0; i < s.columns; ++i) {
+                const PatchMotion& m = s.patches[j * s.columns + i];
+                const bool searched = s.tasks[j * s.columns + i] == kPatchSearch;
+                const int x = kStridePx * i - kStridePx, y = kStridePx * j - kStridePx;
+                const float px = clamp(static_cast<float>(x) + m.u, 1.0f - kPadPx, static_cast<float>(s.width + kPadPx - kPatchPx - 2));
+                const float py = clamp(static_cast<float>(y) + m.v, 1.0f - kPadPx, static_cast<float>(s.height + kPadPx - kPatchPx - 2));
+                const int ix = floor_int(px), iy = floor_int(py);
+                V8 fx, fy, u, v, shift;
+                splat(fx, px - static_cast<float>(ix));
+                splat(fy, py - static_cast<float>(iy));
+                splat(u, m.u);
+                splat(v, m.v);
+                splat(shift, m.shift);
+                for (int r = 0; r < kStridePx; ++r) {
+                    V8 w = one;
+                    if (searched) {
+                        const float* p = s.to + (iy + first + r) * s.stride + ix;
+                        V8 a, b, c, d, t;
+                        load(a, p);
+                        load(b, p + 1);
+                        load(c, p + s.stride);
+                        load(d, p + s.stride + 1);
+                        load(t, s.from + (y + first + r) * s.stride + x);
+                        const V8 upper = a + fx * (b - a), lower = c + fx * (d - c);
+                        V8 e = upper + fy * (lower - upper) - t - shift;
+                        e = e * e;
+                        at_least(e, one);
+                        w = one / e;
+                    }
+                    float *su = sums[0][r] + x + kStridePx, *sv = sums[1][r] + x + kStridePx, *sw = sums[2][r] + x + kStridePx;
+                    V8 cu, cv, cw;
+                    load(cu, su);
+                    load(cv, sv);
+                    load(cw, sw);
+                    store(su, cu + w * u);
+                    store(sv, cv + w * v);
+                    store(sw, cw + w);
+                }
+            }
+        }
+        for (int r = 0; r < kStridePx && band * kStridePx + r < s.height; ++r) {
+            const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(band * kStridePx + r) * s.width;
+            for (int x = 0; x < s.width; ++x) {
+                const float w = sums[2][r][x + kStridePx];
+                job.u[row + x] = sums[0][r][x + kStridePx] / w;
+                job.v[row + x] = sums[1][r][x + kStridePx] / w;
+            }
+        }
+    }
+}

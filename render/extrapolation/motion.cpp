@@ -1,0 +1,238 @@
+#include "render/extrapolation/motion.hpp"
+
+#include <cmath>
+
+namespace fovea::render::extrapolation {
+
+namespace {
+
+constexpr int kCoarsestPx = 32;      // the longer edge of the coarsest level is at most this
+constexpr int kShortestPx = 8;       // ... unless the shorter one would fall below a patch
+constexpr int kChunkRows = 16;       // rows of patches that share what they find; fixed, so that threads change nothing
+constexpr float kDoubt = 0.02f;      // trust in a motion that the way back contradicts; not 0: it may be all there is
+
+std::size_t at(int x, int y, int width) noexcept { return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x); }
+
+float sample(const Plane& p, float x, float y) noexcept {
+    x = std::clamp(x, 1.0f - kPadPx, static_cast<float>(p.width() + kPadPx - 2));
+    y = std::clamp(y, 1.0f - kPadPx, static_cast<float>(p.height() + kPadPx - 2));
+    const auto ix = static_cast<int>(std::floor(x)), iy = static_cast<int>(std::floor(y));
+    const float fx = x - static_cast<float>(ix), fy = y - static_cast<float>(iy);
+    const float *a = p.row(iy) + ix, *b = p.row(iy + 1) + ix;
+    const float upper = a[0] + fx * (a[1] - a[0]), lower = b[0] + fx * (b[1] - b[0]);
+    return upper + fy * (lower - upper);
+}
+
+}  // namespace
+
+void MotionSearch::resize(int width_px, int height_px, int cell_px) {
+    width_px_ = width_px;
+    height_px_ = height_px;
+    cell_px_ = cell_px;
+    near_.clear();
+    int w = (width_px + cell_px - 1) / cell_px, h = (height_px + cell_px - 1) / cell_px;
+    for (;;) {
+        near_.emplace_back().resize(w, h);
+        if (std::max(w, h) <= kCoarsestPx || (std::min(w, h) + 1) / 2 < kShortestPx) break;
+        w = (w + 1) / 2;
+        h = (h + 1) / 2;
+    }
+    far_ = near_;
+    forward_.resize(near_.size());
+    backward_.resize(near_.size());
+    for (std::size_t l = 0; l < near_.size(); ++l) {
+        forward_[l].resize(near_[l].width(), near_[l].height());
+        backward_[l].resize(near_[l].width(), near_[l].height());
+    }
+    const Plane& finest = near_[0];
+    const int columns = (finest.width() + kStridePx - 1) / kStridePx + 1, rows = (finest.height() + kStridePx - 1) / kStridePx + 1;
+    patches_.resize(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
+    tasks_.resize(patches_.size());
+    anchors_.assign(static_cast<std::size_t>((width_px + kTilePx - 1) / kTilePx) * static_cast<std::size_t>((height_px + kTilePx - 1) / kTilePx), 0);
+    trust_.assign(forward_[0].u.size(), 1.0f);
+    smoothed_.resize(finest.width(), finest.height());
+}
+
+void MotionSearch::levels_below(std::vector<Plane>& planes, const Kernels& kernels, ThreadPool& pool) noexcept {
+    for (std::size_t l = 1; l < planes.size(); ++l) {
+        Plane &in = planes[l - 1], &out = planes[l];
+        pool.run(out.height(), 64, [&](int row0, int row1) {
+            kernels.halve(in.row(0), in.stride(), out.row(0), out.stride(), out.width(), row0, row1);
+            for (int y = row0; y < row1; ++y) out.pad_row(y);
+        });
+        out.pad_above_and_below();
+    }
+}
+
+// The even inside of a moving thing is still, bit for bit, and yet moves: it must not hold its surroundings back.
+void MotionSearch::find_anchors(const TileMap& tiles) noexcept {
+    constexpr float kEven = 0.02f;   // of 255; whatever is moved within such a tile, its bits come out the same
+    for (int row = 0; row < tiles.rows; ++row)
+        for (int column = 0; column < tiles.columns; ++column) {
+            std::uint8_t anchor = 0;
+            if (tiles.is_still(column, row)) {
+                const int x0 = column * kTilePx / cell_px_, y0 = row * kTilePx / cell_px_;
+                const int x1 = std::min(x0 + kTilePx / cell_px_, near_[0].width()), y1 = std::min(y0 + kTilePx / cell_px_, near_[0].height());
+                float low = near_[0].row(y0)[x0], high = low;
+                for (int y = y0; y < y1; ++y)
+                    for (int x = x0; x < x1; ++x) {
+                        low = std::min(low, near_[0].row(y)[x]);
+                        high = std::max(high, near_[0].row(y)[x]);
+                    }
+                anchor = high - low > kEven;
+            }
+            anchors_[at(column, row, tiles.columns)] = anchor;
+        }
+}
+
+// Still patches are known, patches far from the gaze keep what the coarser levels found.
+void MotionSearch::choose_tasks(const MotionSettings& settings, const TileMap& tiles, int level) noexcept {
+    const Plane& p = near_[static_cast<std::size_t>(level)];
+    const int columns = (p.width() + kStridePx - 1) / kStridePx + 1, rows = (p.height() + kStridePx - 1) / kStridePx + 1;
+    const int scale = cell_px_ << level;   // pixels of the picture per pixel of the level
+    for (int j = 0; j < rows; ++j)
+        for (int i = 0; i < columns; ++i) {
+            std::uint8_t task = kPatchSearch;
+            const int x0 = (kStridePx * i - kStridePx) * scale, y0 = (kStridePx * j - kStridePx) * scale;
+            if (tiles.still_count > 0) {
+                const int c0 = std::clamp(x0 / kTilePx, 0, tiles.columns - 1), c1 = std::clamp((x0 + kPatchPx * scale - 1) / kTilePx, 0, tiles.columns - 1);
+                const int r0 = std::clamp(y0 / kTilePx, 0, tiles.rows - 1), r1 = std::clamp((y0 + kPatchPx * scale - 1) / kTilePx, 0, tiles.rows - 1);
+                bool still = true, anchored = false;
+                for (int r = r0; r <= r1 && still; ++r)
+                    for (int c = c0; c <= c1 && still; ++c) {
+                        still = tiles.is_still(c, r);
+                        anchored |= anchors_[at(c, r, tiles.columns)] != 0;
+                    }
+                if (still) task = anchored ? kPatchStill : kPatchKeep;
+            }
+            if (task == kPatchSearch && settings.gaze != nullptr && level < 2 && level + 1 < levels()) {
+                const Gaze& g = *settings.gaze;
+                const float dx = static_cast<float>(x0 + kStridePx * scale) - g.x_px, dy = static_cast<float>(y0 + kStridePx * scale) - g.y_px;
+                const float out = (std::sqrt(dx * dx + dy * dy) - g.full_radius_px) / std::max(g.coarse_radius_px - g.full_radius_px, 1.0f);
+                // Level 0 ends half-way from the full radius to the coarse one, level 1 at the coarse one. A NaN gaze is full effort.
+                if (out > (level == 0 ? 0.5f : 1.0f)) task = kPatchKeep;
+            }
+            tasks_[at(i, j, columns)] = task;
+        }
+}
+
+void MotionSearch::search_level(int level, bool backward, const Tuning& tuning, const Kernels& kernels, ThreadPool& pool) noexcept {
+    const auto l = static_cast<std::size_t>(level);
+    const Plane &from = backward ? far_[l] : near_[l], &to = backward ? near_[l] : far_[l];
+    std::vector<Field>& fields = backward ? backward_ : forward_;
+    const int columns = (from.width() + kStridePx - 1) / kStridePx + 1, rows = (from.height() + kStridePx - 1) / kStridePx + 1;
+    const bool coarsest = l + 1 == near_.size();
+    for (int j = 0; j < rows; ++j)
+        for (int i = 0; i < columns; ++i) {
+            PatchMotion m;
+            if (!coarsest && tasks_[at(i, j, columns)] != kPatchStill) {
+                const Field& c = fields[l + 1];
+                const int x1 = std::min(2 * i, c.width - 1), y1 = std::min(2 * j, c.height - 1), x0 = std::max(x1 - 1, 0), y0 = std::max(y1 - 1, 0);
+                m.u = 0.5f * ((c.u[at(x0, y0, c.width)] + c.u[at(x1, y0, c.width)]) + (c.u[at(x0, y1, c.width)] + c.u[at(x1, y1, c.width)]));
+                m.v = 0.5f * ((c.v[at(x0, y0, c.width)] + c.v[at(x1, y0, c.width)]) + (c.v[at(x0, y1, c.width)] + c.v[at(x1, y1, c.width)]));
+            }
+            patches_[at(i, j, columns)] = m;
+        }
+    const float reach = std::max(1.0f, kSearchReach * static_cast<float>(std::max(width_px_, height_px_)) / static_cast<float>(cell_px_ << level));
+    const SearchJob job{from.row(0), to.row(0), from.stride(), from.width(), from.height(), columns, rows, patches_.data(), tasks_.data(),
+                        tuning.iterations, tuning.passes, reach};
+    pool.run(rows, kChunkRows, [&](int row0, int row1) { kernels.search(job, row0, row1); });
+    kernels.balance({&job, tuning.balance_rounds, tuning.stiffness});
+    const SpreadJob spread{&job, fields[l].u.data(), fields[l].v.data()};
+    pool.run((from.height() + kStridePx - 1) / kStridePx, 8, [&](int band0, int band1) { kernels.spread(spread, band0, band1); });
+}
+
+// A cell whose partner does not come back was hidden in the other source: its motion is a guess.
+void MotionSearch::check_backward(int level) noexcept {
+    const auto l = static_cast<std::size_t>(level);
+    const Field &f = forward_[l], &b = backward_[l], &finest = forward_[0];
+    const float away = 0.75f, away_per_motion = 0.05f;   // pixels of the level
+    for (int y = 0; y < f.height; ++y)
+        for (int x = 0; x < f.width; ++x) {
+            const float u = f.u[at(x, y, f.width)], v = f.v[at(x, y, f.width)];
+            const int px = std::clamp(static_cast<int>(std::lround(static_cast<float>(x) + u)), 0, f.width - 1);
+            const int py = std::clamp(static_cast<int>(std::lround(static_cast<float>(y) + v)), 0, f.height - 1);
+            const float du = u + b.u[at(px, py, f.width)], dv = v + b.v[at(px, py, f.width)];
+            const float limit = away + away_per_motion * (std::fabs(u) + std::fabs(v));
+            const float trust = du * du + dv * dv < limit * limit ? 1.0f : kDoubt;
+            const int x1 = std::min((x + 1) << level, finest.width), y1 = std::min((y + 1) << level, finest.height);
+            for (int yy = y << level; yy < y1; ++yy)
+                for (int xx = x << level; xx < x1; ++xx) trust_[at(xx, yy, finest.width)] = trust;
+        }
+}
+
+// Blocks where the motion explains no more than standing still does stand still; counts what nothing explains.
+void MotionSearch::validate(const TileMap& tiles) noexcept {
+    const std::size_t l = cell_px_ < 4 && near_.size() > 1 ? 1 : 0;
+    const int shift = static_cast<int>(l), scale = cell_px_ << shift;
+    const Plane &near = near_[l], &far = far_[l];
+    Field& f = forward_[0];
+    constexpr int kBlock = 8;
+    constexpr float kNoise = 0.5f, kTextured = 4.0f, kMustExplain = 0.85f, kUnexplained = 0.5f;   // variances, levels of 255 squared
+    int textured = 0, unexplained = 0;
+    for (int by = 0; by < near.height(); by += kBlock)
+        for (int bx = 0; bx < near.width(); bx += kBlock) {
+            const int tile_x = std::min(bx * scale / kTilePx, tiles.columns - 1), tile_y = std::min(by * scale / kTilePx, tiles.rows - 1);
+            float n = 0, s = 0, ss = 0, z = 0, zz = 0, m = 0, mm = 0;
+            const int y1 = std::min(by + kBlock, near.height()), x1 = std::min(bx + kBlock, near.width());
+            for (int y = by; y < y1; ++y)
+                for (int x = bx; x < x1; ++x) {
+                    const std::size_t cell = at(std::min(x << shift, f.width - 1), std::min(y << shift, f.height - 1), f.width);
+                    const float per = 1.0f / static_cast<float>(1 << shift), value = near.row(y)[x];
+                    const float zero = far.row(y)[x] - value;
+                    const float tx = static_cast<float>(x) + f.u[cell] * per, ty = static_cast<float>(y) + f.v[cell] * per;
+                    // What came into the picture since cannot be judged by what was there before.
+                    if (tx < -0.5f || ty < -0.5f || tx > static_cast<float>(near.width()) - 0.5f || ty > static_cast<float>(near.height()) - 0.5f) continue;
+                    const float moved = sample(far, tx, ty) - value;
+                    n += 1;
+                    s += value;
+                    ss += value * value;
+                    z += zero;
+                    zz += zero * zero;
+                    m += moved;
+                    mm += moved * moved;
+                }
+            if (2 * static_cast<int>(n) < (y1 - by) * (x1 - bx)) continue;
+            const float variance = ss / n - (s / n) * (s / n), still = zz / n - (z / n) * (z / n), left = mm / n - (m / n) * (m / n);
+            if (variance > kTextured) {
+                ++textured;
+                unexplained += left > kUnexplained * variance && !tiles.is_still(tile_x, tile_y);
+            }
+            if (left > kMustExplain * still + kNoise) {
+                const int cx1 = std::min(x1 << shift, f.width), cy1 = std::min(y1 << shift, f.height);
+                for (int y = by << shift; y < cy1; ++y)
+                    for (int x = bx << shift; x < cx1; ++x) f.u[at(x, y, f.width)] = f.v[at(x, y, f.width)] = 0;
+            }
+        }
+    unexplained_ = textured > 0 ? static_cast<float>(unexplained) / static_cast<float>(textured) : 0.0f;
+}
+
+void MotionSearch::run(const MotionSettings& settings, const TileMap& tiles, const Kernels& kernels, ThreadPool& pool) noexcept {
+    const Tuning& tuning = settings.tuning;
+    levels_below(near_, kernels, pool);
+    levels_below(far_, kernels, pool);
+    if (tiles.still_count > 0) find_anchors(tiles);
+    const int backward_level = tuning.backward_level < 0 ? levels() : std::min(tuning.backward_level, levels() - 1);
+    for (int l = levels() - 1; l >= 0; --l) {
+        choose_tasks(settings, tiles, l);
+        search_level(l, false, tuning, kernels, pool);
+        if (l >= backward_level) search_level(l, true, tuning, kernels, pool);
+    }
+    if (backward_level < levels()) check_backward(backward_level);
+    Field& f = forward_[0];
+    for (int pass = 0; pass < tuning.smoothing_passes; ++pass) {
+        const int step = 1 << (tuning.smoothing_passes - 1 - pass);
+        const SmoothJob job{f.u.data(), f.v.data(), trust_.data(), near_[0].row(0), near_[0].stride(), f.width, f.height, step, smoothed_.u.data(), smoothed_.v.data()};
+        pool.run(f.height, 32, [&](int row0, int row1) { kernels.smooth(job, row0, row1); });
+        std::swap(f.u, smoothed_.u);
+        std::swap(f.v, smoothed_.v);
+    }
+    validate(tiles);
+    if (tiles.still_count > 0) {
+        for (int y = 0; y < f.height; ++y)
+            for (int x = 0; x < f.width; ++x)
+                if (anchors_[at(x * cell_px_ / kTilePx, y * cell_px_ / kTilePx, tiles.columns)] != 0) f.u[at(x, y, f.width)] = f.v[at(x, y, f.width)] = 0;
+    }
+}
+
+}  // namespace fovea::render::extrapolation

@@ -1,0 +1,57 @@
+// Motion between the two sources, per cell: where each cell of the nearer source is in the farther one.
+//
+//   luma levels, near and far         search + spread, from the coarsest to level 0
+//   level 2   level 1   level 0       near -> far always; far -> near down to `backward_level`, to find what was covered
+//
+// Output: cells of cell_px pixels; u, v in cells, far position - near position.
+#pragma once
+
+#include "render/extrapolation/extrapolation.hpp"
+#include "render/extrapolation/sources.hpp"
+#include "render/extrapolation/tuning.hpp"
+
+namespace fovea::render::extrapolation {
+
+struct MotionSettings {
+    Tuning tuning;
+    const Gaze* gaze = nullptr;
+};
+
+class MotionSearch {
+public:
+    void resize(int width_px, int height_px, int cell_px);
+
+    [[nodiscard]] Plane& near_luma() noexcept { return near_[0]; }
+    [[nodiscard]] Plane& far_luma() noexcept { return far_[0]; }
+    [[nodiscard]] int levels() const noexcept { return static_cast<int>(near_.size()); }
+    [[nodiscard]] int cell_px() const noexcept { return cell_px_; }
+
+    // From the two lumas (already filled, with padding).
+    void run(const MotionSettings& settings, const TileMap& tiles, const Kernels& kernels, ThreadPool& pool) noexcept;
+
+    [[nodiscard]] const Field& field() const noexcept { return forward_[0]; }
+    // Of the textured blocks, how many nothing explains; above kCutFraction the two sources do not belong together.
+    [[nodiscard]] float unexplained_fraction() const noexcept { return unexplained_; }
+
+private:
+    void levels_below(std::vector<Plane>& planes, const Kernels& kernels, ThreadPool& pool) noexcept;
+    void find_anchors(const TileMap& tiles) noexcept;
+    void choose_tasks(const MotionSettings& settings, const TileMap& tiles, int level) noexcept;
+    void search_level(int level, bool backward, const Tuning& tuning, const Kernels& kernels, ThreadPool& pool) noexcept;
+    void check_backward(int level) noexcept;
+    void validate(const TileMap& tiles) noexcept;
+
+    int width_px_ = 0, height_px_ = 0, cell_px_ = 0;
+    std::vector<Plane> near_, far_;
+    std::vector<Field> forward_, backward_;
+    std::vector<PatchMotion> patches_;
+    std::vector<std::uint8_t> tasks_;
+    std::vector<std::uint8_t> anchors_;   // per tile: still, and textured enough to know it
+    std::vector<float> trust_;
+    Field smoothed_;
+    float unexplained_ = 0;
+};
+
+inline constexpr float kCutFraction = 0.6f;
+
+}  // namespace fovea::render::extrapolation

@@ -1,0 +1,58 @@
+// A picture of floats with a border of repeated pixels, so that the search never asks whether it is inside.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+#include "render/extrapolation/kernels.hpp"
+
+namespace fovea::render::extrapolation {
+
+class Plane {
+public:
+    void resize(int width, int height) {
+        width_ = width;
+        height_ = height;
+        stride_ = (width + 2 * kPadPx + 7) / 8 * 8;
+        storage_.assign(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height + 2 * kPadPx), 0.0f);
+    }
+    [[nodiscard]] int width() const noexcept { return width_; }
+    [[nodiscard]] int height() const noexcept { return height_; }
+    [[nodiscard]] std::ptrdiff_t stride() const noexcept { return stride_; }
+    // y from -kPadPx to height + kPadPx - 1, x likewise.
+    [[nodiscard]] float* row(int y) noexcept { return storage_.data() + (y + kPadPx) * stride_ + kPadPx; }
+    [[nodiscard]] const float* row(int y) const noexcept { return storage_.data() + (y + kPadPx) * stride_ + kPadPx; }
+
+    void pad_row(int y) noexcept {
+        float* r = row(y);
+        std::fill(r - kPadPx, r, r[0]);
+        std::fill(r + width_, r - kPadPx + stride_, r[width_ - 1]);
+    }
+    // After every row is padded.
+    void pad_above_and_below() noexcept {
+        for (int y = 1; y <= kPadPx; ++y) {
+            std::copy_n(row(0) - kPadPx, stride_, row(-y) - kPadPx);
+            std::copy_n(row(height_ - 1) - kPadPx, stride_, row(height_ - 1 + y) - kPadPx);
+        }
+    }
+
+private:
+    int width_ = 0, height_ = 0;
+    std::ptrdiff_t stride_ = 0;
+    std::vector<float> storage_;
+};
+
+// A motion per cell of the picture.
+struct Field {
+    int width = 0, height = 0;
+    std::vector<float> u, v;
+    void resize(int w, int h) {
+        width = w;
+        height = h;
+        u.assign(static_cast<std::size_t>(w) * static_cast<std::size_t>(h), 0.0f);
+        v.assign(u.size(), 0.0f);
+    }
+};
+
+}  // namespace fovea::render::extrapolation

@@ -1,0 +1,163 @@
+#include "render/extrapolation/projection.hpp"
+
+#include <cmath>
+#include <limits>
+
+namespace fovea::render::extrapolation {
+
+namespace {
+
+constexpr float kNothing = -std::numeric_limits<float>::infinity();
+constexpr float kLowestFront = -std::numeric_limits<float>::max();
+
+// Round half up; exact for the sizes at hand and far cheaper than lround.
+int round_int(float v) noexcept {
+    const float shifted = v + 0.5f;
+    const int i = static_cast<int>(shifted);
+    return i - (static_cast<float>(i) > shifted ? 1 : 0);
+}
+
+}  // namespace
+
+void Projection::resize(int width, int height) {
+    out_.resize(width, height);
+    front_.assign(out_.u.size(), kNothing);
+}
+
+Projection::Background Projection::fit_background(const Motion& motion, float reach_px) const noexcept {
+    constexpr int kSamples = 32, kRounds = 4;
+    constexpr double kScalePx = 1.0;   // deviations of this size count half
+    Background best;
+    for (int round = 0; round < kRounds; ++round) {
+        double m[3][3] = {}, ru[3] = {}, rv[3] = {};
+        for (int j = 0; j < kSamples; ++j)
+            for (int i = 0; i < kSamples; ++i) {
+                const int x = (2 * i + 1) * out_.width / (2 * kSamples), y = (2 * j + 1) * out_.height / (2 * kSamples);
+                const std::size_t at = static_cast<std::size_t>(y) * static_cast<std::size_t>(out_.width) + static_cast<std::size_t>(x);
+                const double a = static_cast<double>(motion.u[at * motion.pitch] * motion.scale), b = static_cast<double>(motion.v[at * motion.pitch] * motion.scale);
+                if (!(std::fabs(a) <= static_cast<double>(reach_px) && std::fabs(b) <= static_cast<double>(reach_px))) continue;
+                const double e[3] = {1, static_cast<double>(x), static_cast<double>(y)};
+                double weight = 1;
+                if (round > 0) {
+                    const double du = a - (static_cast<double>(best.u[0]) + static_cast<double>(best.u[1]) * e[1] + static_cast<double>(best.u[2]) * e[2]);
+                    const double dv = b - (static_cast<double>(best.v[0]) + static_cast<double>(best.v[1]) * e[1] + static_cast<double>(best.v[2]) * e[2]);
+                    weight = 1 / (1 + (du * du + dv * dv) / (kScalePx * kScalePx));
+                }
+                for (int r = 0; r < 3; ++r) {
+                    for (int c = 0; c < 3; ++c) m[r][c] += weight * e[r] * e[c];
+                    ru[r] += weight * e[r] * a;
+                    rv[r] += weight * e[r] * b;
+                }
+            }
+        // A ridge keeps a picture of one row or column solvable.
+        const double ridge = 1e-6 * (m[0][0] + m[1][1] + m[2][2]) + 1e-12;
+        for (int r = 0; r < 3; ++r) m[r][r] += ridge;
+        const double c00 = m[1][1] * m[2][2] - m[1][2] * m[2][1], c01 = m[1][2] * m[2][0] - m[1][0] * m[2][2], c02 = m[1][0] * m[2][1] - m[1][1] * m[2][0];
+        const double det = m[0][0] * c00 + m[0][1] * c01 + m[0][2] * c02;
+        if (!(std::fabs(det) > 1e-30)) break;
+        const double inv[3][3] = {{c00, m[0][2] * m[2][1] - m[0][1] * m[2][2], m[0][1] * m[1][2] - m[0][2] * m[1][1]},
+                                  {c01, m[0][0] * m[2][2] - m[0][2] * m[2][0], m[0][2] * m[1][0] - m[0][0] * m[1][2]},
+                                  {c02, m[0][1] * m[2][0] - m[0][0] * m[2][1], m[0][0] * m[1][1] - m[0][1] * m[1][0]}};
+        for (int r = 0; r < 3; ++r) {
+            best.u[r] = static_cast<float>((inv[r][0] * ru[0] + inv[r][1] * ru[1] + inv[r][2] * ru[2]) / det);
+            best.v[r] = static_cast<float>((inv[r][0] * rv[0] + inv[r][1] * rv[1] + inv[r][2] * rv[2]) / det);
+        }
+    }
+    return best;
+}
+
+void Projection::run(const Motion& motion, const float* depth, int cell_px, float reach_px) noexcept {
+    const int w = out_.width, h = out_.height;
+    const float per_cell = 1.0f / static_cast<float>(cell_px);
+    std::fill(front_.begin(), front_.end(), kNothing);
+    Background b;
+    if (depth == nullptr) b = fit_background(motion, reach_px);
+    bool moves = false;
+    for (int y = 0; y < h; ++y) {
+        const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(w);
+        for (int x = 0; x < w; ++x) {
+            const std::size_t from = (row + static_cast<std::size_t>(x)) * motion.pitch;
+            float a = motion.u[from] * motion.scale, c = motion.v[from] * motion.scale;
+            if (!(std::fabs(a) <= reach_px && std::fabs(c) <= reach_px)) a = c = 0;
+            moves |= a != 0 || c != 0;
+            const int tx = x + round_int(a * per_cell), ty = y + round_int(c * per_cell);
+            if (tx < 0 || tx >= w || ty < 0 || ty >= h) continue;
+            float front;
+            if (depth != nullptr) {
+                front = -depth[row + static_cast<std::size_t>(x)];
+                if (!(front > kLowestFront)) front = kLowestFront;
+            } else {
+                const float du = a - (b.u[0] + b.u[1] * static_cast<float>(x) + b.u[2] * static_cast<float>(y));
+                const float dv = c - (b.v[0] + b.v[1] * static_cast<float>(x) + b.v[2] * static_cast<float>(y));
+                front = du * du + dv * dv;
+            }
+            const std::size_t target = static_cast<std::size_t>(ty) * static_cast<std::size_t>(w) + static_cast<std::size_t>(tx);
+            if (front > front_[target]) {
+                front_[target] = front;
+                out_.u[target] = -a;
+                out_.v[target] = -c;
+            }
+        }
+    }
+    moves_ = moves;
+    filled_ = 0;
+    if (moves) fill_holes(cell_px);
+}
+
+void Projection::fill_holes(int cell_px) noexcept {
+    constexpr int kSearch = 48;   // cells: further away than this nothing is known about what lies behind
+    const int w = out_.width, h = out_.height;
+    const auto at = [w](int x, int y) { return static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x); };
+    long holes = 0;
+    for (int y = 0; y < h; ++y)
+        for (int x = 0; x < w; ++x) {
+            if (front_[at(x, y)] != kNothing) continue;
+            ++holes;
+            float& u = out_.u[at(x, y)];
+            float& v = out_.v[at(x, y)];
+            u = v = 0;
+            constexpr int kWays[4][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
+            std::size_t found[4];
+            int distance[4] = {}, nearest = 0, ways = 0;
+            for (int way = 0; way < 4; ++way)
+                for (int d = 1; d <= kSearch; ++d) {
+                    const int px = x + kWays[way][0] * d, py = y + kWays[way][1] * d;
+                    if (px < 0 || px >= w || py < 0 || py >= h) break;
+                    if (front_[at(px, py)] == kNothing) continue;
+                    found[way] = at(px, py);
+                    distance[way] = d;
+                    ++ways;
+                    if (nearest == 0 || d < nearest) nearest = d;
+                    break;
+                }
+            if (ways == 0) continue;
+            // What lies behind: the way with the smallest front, ties to the shorter one.
+            int chosen = -1;
+            float low_u = 0, high_u = 0, low_v = 0, high_v = 0;
+            for (int way = 0; way < 4; ++way) {
+                if (distance[way] == 0) continue;
+                const float a = out_.u[found[way]], c = out_.v[found[way]];
+                if (chosen < 0) {
+                    low_u = high_u = a;
+                    low_v = high_v = c;
+                }
+                low_u = std::min(low_u, a);
+                high_u = std::max(high_u, a);
+                low_v = std::min(low_v, c);
+                high_v = std::max(high_v, c);
+                if (chosen < 0 || front_[found[way]] < front_[found[chosen]] || (front_[found[way]] == front_[found[chosen]] && distance[way] < distance[chosen])) chosen = way;
+            }
+            u = out_.u[found[chosen]];
+            v = out_.v[found[chosen]];
+            // Around a crack all agree: it continues. Around a real hole they do not, and what the mover uncovers is the
+            // picture behind, of which only the part beyond the rim is known: mirrored there.
+            const float disagreement = std::max(high_u - low_u, high_v - low_v);
+            if (ways > 1 && disagreement > 0.5f * static_cast<float>(cell_px)) {
+                u += static_cast<float>(kWays[chosen][0] * (2 * distance[chosen] - 1) * cell_px);
+                v += static_cast<float>(kWays[chosen][1] * (2 * distance[chosen] - 1) * cell_px);
+            }
+        }
+    filled_ = static_cast<float>(holes) / (static_cast<float>(w) * static_cast<float>(h));
+}
+
+}  // namespace fovea::render::extrapolation

@@ -1,0 +1,6 @@
+# The tests of frame extrapolation, included by CMakeLists.txt of this folder.
+fovea_test(fovea_extrapolation_test SOURCES
+  allocation_count.cpp
+  extrapolation_test.cpp
+  LINK fovea_extrapolation
+  LABELS render asan tsan)

@@ -1,0 +1,336 @@
+#include "render/extrapolation/extrapolation.hpp"
+
+#include <gtest/gtest.h>
+#include <limits>
+
+#include "render/extrapolation/thread_pool.hpp"
+#include "tests/render/allocation_count.hpp"
+#include "tests/render/extrapolation_pictures.hpp"
+
+using namespace fovea::render::extrapolation;
+using fovea::test::moved_noise;
+using fovea::test::Picture;
+using fovea::test::psnr;
+
+namespace {
+
+constexpr Format kFormats[] = {Format::rgba8, Format::rgb8, Format::r8, Format::rgba16f, Format::rgb16f, Format::rgba32f, Format::rgb32f};
+constexpr float kInf = std::numeric_limits<float>::infinity(), kNan = std::numeric_limits<float>::quiet_NaN();
+
+Extrapolator engine(Preset preset = Preset::balanced, int threads = 1, bool vector_code = true) {
+    auto e = Extrapolator::create({.preset = preset, .threads = threads, .vector_code = vector_code});
+    EXPECT_TRUE(e.has_value());
+    return std::move(*e);
+}
+Outcome run(Extrapolator& e, const Picture& a, const Picture& b, Picture& out, float factor, const Hints& hints = {}) {
+    return e.extrapolate(a.view(), b.view(), out.target(), factor, hints);
+}
+
+// A 40-pixel square of its own texture at x, before noise that has moved by `behind`.
+Picture square_at(int size, float x, float y, float behind = 0) {
+    Picture p = moved_noise(size, size, Format::rgba8, behind, 0, 5);
+    for (int j = 0; j < size; ++j)
+        for (int i = 0; i < size; ++i) {
+            const float u = static_cast<float>(i) - x, v = static_cast<float>(j) - y;
+            if (u < 0 || u >= 40 || v < 0 || v >= 40) continue;
+            const float n = fovea::test::noise(3 * u, 3 * v, 77);
+            p.set(i, j, {0.6f + 0.4f * n, n, 0.9f - 0.5f * n, 1});
+        }
+    return p;
+}
+
+TEST(Extrapolation, StaticPairReturnsItselfBitForBitInEveryFormat) {
+    for (const Format f : kFormats) {
+        const Picture a = moved_noise(70, 45, f, 0, 0);
+        Picture out(70, 45, f);
+        auto e = engine();
+        for (const float factor : {0.5f, 1.0f, -0.5f, 1e-30f, -1e30f, kNan}) {
+            ASSERT_EQ(run(e, a, a, out, factor), Outcome::ok);
+            EXPECT_EQ(out, a) << format_name(f) << " " << factor;
+        }
+        EXPECT_EQ(e.report().static_fraction, 0) << "a factor without meaning is answered before the comparison";
+    }
+}
+
+TEST(Extrapolation, FollowsAMotionInEveryPresetWellBeyondRepeating) {
+    const Picture a = moved_noise(256, 256, Format::rgba8, 0, 0), b = moved_noise(256, 256, Format::rgba8, 5.3f, -3.6f);
+    const Picture truth = moved_noise(256, 256, Format::rgba8, 1.5f * 5.3f, -1.5f * 3.6f);
+    Picture out(256, 256, Format::rgba8);
+    for (const Preset p : kPresets) {
+        auto e = engine(p);
+        ASSERT_EQ(run(e, a, b, out, 0.5f), Outcome::ok);
+        EXPECT_FALSE(e.report().repeated);
+        EXPECT_GT(psnr(out, truth, 12), psnr(b, truth, 12) + 10) << preset_name(p);
+        EXPECT_GT(psnr(out, truth), psnr(b, truth) + 7) << preset_name(p);
+    }
+}
+
+TEST(Extrapolation, FactorsBetweenAndBeforeTheSourcesGoBackInTime) {
+    const Picture a = moved_noise(192, 160, Format::rgba8, 0, 0), b = moved_noise(192, 160, Format::rgba8, 6, 2);
+    Picture out(192, 160, Format::rgba8);
+    auto e = engine();
+    for (const float factor : {-0.25f, -0.5f, -0.75f, -1.5f}) {
+        ASSERT_EQ(run(e, a, b, out, factor), Outcome::ok);
+        const Picture truth = moved_noise(192, 160, Format::rgba8, 6 * (1 + factor), 2 * (1 + factor));
+        EXPECT_GT(psnr(out, truth, 8), std::max(psnr(a, truth, 8), psnr(b, truth, 8)) + 6) << factor;
+    }
+    ASSERT_EQ(run(e, a, b, out, -1), Outcome::ok);
+    EXPECT_EQ(out, a);
+}
+
+TEST(Extrapolation, ExtremeFactorsRepeatWhatMovesOutOfReach) {
+    const Picture a = moved_noise(128, 96, Format::rgba8, 0, 0), b = moved_noise(128, 96, Format::rgba8, 4, 1);
+    Picture out(128, 96, Format::rgba8);
+    auto e = engine();
+    for (const float factor : {1e30f, 3e38f, kInf, kNan, 1e-30f, std::numeric_limits<float>::denorm_min()}) {
+        ASSERT_EQ(run(e, a, b, out, factor), Outcome::ok);
+        EXPECT_EQ(out, b) << factor;
+    }
+    for (const float factor : {-1e30f, -kInf}) {
+        ASSERT_EQ(run(e, a, b, out, factor), Outcome::ok);
+        EXPECT_EQ(out, a) << factor;
+    }
+}
+
+TEST(Extrapolation, EveryErrorLeavesTheOutputAlone) {
+    const Picture a = moved_noise(16, 16, Format::rgba8, 0, 0), b = moved_noise(16, 16, Format::rgba8, 1, 0);
+    const Picture other_format = moved_noise(16, 16, Format::rgba16f, 0, 0), other_size = moved_noise(16, 17, Format::rgba8, 0, 0);
+    Picture out(16, 16, Format::rgba8);
+    const Picture before = out;
+    auto e = engine();
+    EXPECT_EQ(run(e, a, b, out, 0.0f), Outcome::factor_is_zero);
+    EXPECT_EQ(run(e, a, b, out, -0.0f), Outcome::factor_is_zero);
+    EXPECT_EQ(run(e, other_format, b, out, 1), Outcome::formats_differ);
+    EXPECT_EQ(run(e, a, other_size, out, 1), Outcome::sizes_differ);
+    const float nothing[2] = {};
+    const KnownMotion bad{nothing, nullptr, 5, 5};
+    EXPECT_EQ(run(e, a, b, out, 1, {.motion = &bad}), Outcome::unusable_motion);
+    EXPECT_EQ(e.extrapolate({}, {}, {}, 1), Outcome::unusable_picture);
+    EXPECT_EQ(out, before);
+    EXPECT_FALSE(Extrapolator::create({.threads = 0}).has_value());
+}
+
+TEST(Extrapolation, AnySizeInAnyFormatStaysInsideItsRows) {
+    auto e = engine(Preset::best, 2);
+    for (const Format f : kFormats)
+        for (const auto& [w, h] : {std::pair{1, 1}, {1, 37}, {37, 1}, {2, 3}, {7, 7}, {17, 33}, {129, 5}, {5, 300}, {63, 64}}) {
+            const Picture a = moved_noise(w, h, f, 0, 0, 1, 7 * bytes_per_channel(f)), b = moved_noise(w, h, f, 1.5f, 0.5f, 1, 7 * bytes_per_channel(f));
+            Picture out(w, h, f, 7 * bytes_per_channel(f));
+            for (const float factor : {0.5f, 2.0f, -0.3f, -3.0f}) {
+                ASSERT_EQ(run(e, a, b, out, factor), Outcome::ok);
+                for (int y = 0; y < h; ++y)
+                    for (int k = 0; k < 7 * bytes_per_channel(f); ++k) ASSERT_EQ(*(out.at(w, y) + k), Picture::kSlack) << w << "x" << h;
+            }
+        }
+}
+
+TEST(Extrapolation, ASceneCutRepeatsTheLastFrame) {
+    const Picture a = moved_noise(256, 200, Format::rgba8, 0, 0, 1), b = moved_noise(256, 200, Format::rgba8, 0, 0, 900);
+    Picture out(256, 200, Format::rgba8);
+    for (const Preset p : kPresets) {
+        auto e = engine(p);
+        ASSERT_EQ(run(e, a, b, out, 0.5f), Outcome::ok);
+        EXPECT_EQ(e.report().reason, Report::Reason::scene_cut) << preset_name(p) << " " << e.report().unexplained_fraction;
+        EXPECT_EQ(out, b);
+    }
+}
+
+TEST(Extrapolation, MotionBeyondTheSearchDegradesToRepeating) {
+    Picture out(256, 256, Format::rgba8);
+    for (const float motion : {60.0f, 90.0f, 150.0f}) {
+        const Picture a = square_at(256, 20, 100), b = square_at(256, 20 + motion, 100), truth = square_at(256, 20 + 1.5f * motion, 100);
+        for (const Preset p : kPresets) {
+            auto e = engine(p);
+            ASSERT_EQ(run(e, a, b, out, 0.5f), Outcome::ok);
+            // Half a decibel: the square's rim may still be taken for a neighbour's motion; noise would cost several.
+            EXPECT_GT(psnr(out, truth), psnr(b, truth) - 0.5) << preset_name(p) << " " << motion;
+        }
+    }
+}
+
+TEST(Extrapolation, WhatStandsStillIsCopiedBitForBitBesideWhatMoves) {
+    const Picture a = square_at(256, 40, 40), b = square_at(256, 45, 43), truth = square_at(256, 47.5f, 44.5f);
+    Picture out(256, 256, Format::rgba8);
+    for (const Preset p : kPresets) {
+        auto e = engine(p);
+        ASSERT_EQ(run(e, a, b, out, 0.5f), Outcome::ok);
+        EXPECT_GT(e.report().static_fraction, 0.8f);
+        for (int y = 0; y < 256; ++y)
+            for (int x = 0; x < 256; ++x)
+                if (x >= 112 || y >= 112) {
+                    ASSERT_EQ(std::memcmp(out.at(x, y), b.at(x, y), 4), 0) << preset_name(p) << " " << x << " " << y;
+                }
+        EXPECT_GT(psnr(out, truth), psnr(b, truth) + 3) << preset_name(p);
+    }
+}
+
+TEST(Extrapolation, InfinitiesAndNansStayWhereTheyAreAndDoNotSpread) {
+    for (const Format f : {Format::rgba16f, Format::rgb16f, Format::rgba32f, Format::rgb32f}) {
+        Picture a = moved_noise(96, 80, f, 0, 0), b = moved_noise(96, 80, f, 4.5f, 2.5f);
+        const int bpc = bytes_per_channel(f);
+        const auto poison = [&](Picture& p, int x, int y, int channel, std::uint32_t half, float full) {
+            if (bpc == 2) {
+                const auto h = static_cast<std::uint16_t>(half);
+                std::memcpy(p.at(x, y) + 2 * channel, &h, 2);
+            } else {
+                std::memcpy(p.at(x, y) + 4 * channel, &full, 4);
+            }
+        };
+        poison(a, 30, 30, 0, 0x7c00, kInf);
+        poison(b, 30, 30, 0, 0x7c00, kInf);
+        poison(b, 50, 41, 1, 0x7e01, kNan);
+        poison(b, 10, 70, 2, 0xfc00, -kInf);
+        for (int x = 60; x < 90; ++x) poison(b, x, 10, 0, 0x7e00, kNan);
+        Picture out(96, 80, f);
+        auto e = engine();
+        ASSERT_EQ(run(e, a, b, out, 0.5f), Outcome::ok);
+        EXPECT_FALSE(e.report().repeated);
+        const auto finite = [&](const Picture& p, int x, int y, int c) {
+            if (bpc == 2) {
+                std::uint16_t h;
+                std::memcpy(&h, p.at(x, y) + 2 * c, 2);
+                return (h & 0x7c00) != 0x7c00;
+            }
+            float v;
+            std::memcpy(&v, p.at(x, y) + 4 * c, 4);
+            return std::isfinite(v);
+        };
+        for (int y = 0; y < 80; ++y)
+            for (int x = 0; x < 96; ++x)
+                for (int c = 0; c < channel_count(f); ++c) {
+                    ASSERT_EQ(finite(out, x, y, c), finite(b, x, y, c)) << format_name(f) << " " << x << " " << y;
+                    if (!finite(b, x, y, c)) {
+                        ASSERT_EQ(std::memcmp(out.at(x, y), b.at(x, y), static_cast<std::size_t>(bytes_per_pixel(f))), 0);
+                    }
+                }
+    }
+}
+
+TEST(Extrapolation, LightOfAnyRangeKeepsItsRange) {
+    const auto lamp = [](float x) {
+        Picture p = moved_noise(128, 128, Format::rgba32f, 0.4f * x, 0);
+        for (int j = 50; j < 80; ++j)
+            for (int i = 0; i < 128; ++i)
+                if (static_cast<float>(i) >= x && static_cast<float>(i) < x + 30) p.set(i, j, {1e6f, 2e6f, 3e6f, 0.5f});
+        return p;
+    };
+    Picture out(128, 128, Format::rgba32f);
+    auto e = engine(Preset::best);
+    ASSERT_EQ(run(e, lamp(30), lamp(36), out, 0.5f), Outcome::ok);
+    float high = 0;
+    for (int y = 0; y < 128; ++y)
+        for (int x = 0; x < 128; ++x) {
+            float v[4];
+            std::memcpy(v, out.at(x, y), 16);
+            for (int c = 0; c < 4; ++c) ASSERT_GE(v[c], 0);
+            ASSERT_LE(v[2], 3e6f);
+            high = std::max(high, v[2]);
+        }
+    EXPECT_EQ(high, 3e6f);
+    float moved[4];
+    std::memcpy(moved, out.at(66, 65), 16);   // the lamp's right edge has gone on from 66 to 69
+    EXPECT_GT(moved[0], 5e5f);
+}
+
+TEST(Extrapolation, AlphaMovesWithItsPicture) {
+    const auto mask = [](float dx) {
+        Picture p(160, 160, Format::rgba8);
+        for (int y = 0; y < 160; ++y)
+            for (int x = 0; x < 160; ++x) p.set(x, y, {0.5f, 0.5f, 0.5f, fovea::test::noise(static_cast<float>(x) - dx, static_cast<float>(y), 3)});
+        return p;
+    };
+    Picture out(160, 160, Format::rgba8);
+    auto e = engine();
+    ASSERT_EQ(run(e, mask(0), mask(6), out, 0.5f), Outcome::ok);
+    EXPECT_GT(psnr(out, mask(9), 10), psnr(mask(6), mask(9), 10) + 6);
+}
+
+TEST(Extrapolation, ThreadsAndCodePathsGiveTheSameBits) {
+    const Picture a = square_at(300, 60, 90), b = square_at(300, 66, 88, 2.5f);
+    for (const Preset p : kPresets) {
+        Picture one(300, 300, Format::rgba8), three(one), portable(one);
+        auto e1 = engine(p), e3 = engine(p, 3), ep = engine(p, 2, false);
+        EXPECT_STREQ(ep.code_path(), "portable");
+        for (int repeat = 0; repeat < 3; ++repeat) {
+            ASSERT_EQ(run(e1, a, b, one, 0.7f), Outcome::ok);
+            ASSERT_EQ(run(e3, a, b, three, 0.7f), Outcome::ok);
+            ASSERT_EQ(run(ep, a, b, portable, 0.7f), Outcome::ok);
+            EXPECT_EQ(one, three) << preset_name(p);
+            EXPECT_EQ(one, portable) << preset_name(p);
+        }
+    }
+}
+
+TEST(Extrapolation, KnownMotionCarriesWhatIsInFrontOverWhatIsBehind) {
+    // Stripes that match everywhere, so that the pictures alone say nothing: only the known motion can move them.
+    constexpr int kSize = 96;
+    Picture a(kSize, kSize, Format::rgba8), b(a), out(a);
+    std::vector<float> motion(2 * kSize * kSize), depth(kSize * kSize, 10.0f);
+    for (int y = 0; y < kSize; ++y)
+        for (int x = 0; x < kSize; ++x) {
+            const bool front = x >= 30 && x < 50 && y >= 30 && y < 60;
+            a.set(x, y, {0.1f, 0.1f, 0.1f, 1});
+            b.set(x, y, front ? std::array<float, 4>{1, 0.5f, 0, 1} : std::array<float, 4>{0.2f, static_cast<float>(x) / kSize, 0.2f, 1});
+            if (!front) continue;
+            motion[static_cast<std::size_t>(2 * (y * kSize + x))] = 16;
+            depth[static_cast<std::size_t>(y * kSize + x)] = 2;
+        }
+    auto e = engine();
+    const KnownMotion known{motion.data(), depth.data(), kSize, kSize};
+    ASSERT_EQ(run(e, a, b, out, 0.5f, {.motion = &known}), Outcome::ok);
+    for (int x = 38; x < 58; ++x) EXPECT_EQ(std::memcmp(out.at(x, 45), b.at(40, 45), 4), 0) << x;   // carried on by 8
+    for (int x = 30; x < 38; ++x) EXPECT_NE(std::memcmp(out.at(x, 45), b.at(40, 45), 4), 0) << x << " must show what lies behind";
+    EXPECT_EQ(std::memcmp(out.at(80, 45), b.at(80, 45), 4), 0);
+}
+
+TEST(Extrapolation, KnownMotionThatIsNoNumberStandsStill) {
+    const Picture a = moved_noise(64, 64, Format::rgba8, 0, 0), b = moved_noise(64, 64, Format::rgba8, 3, 0);
+    Picture out(64, 64, Format::rgba8);
+    std::vector<float> motion(2 * 16 * 16), depth(16 * 16, kNan);
+    for (std::size_t i = 0; i < motion.size(); ++i) motion[i] = i % 3 == 0 ? kNan : i % 3 == 1 ? kInf : -1e38f;
+    auto e = engine();
+    const KnownMotion known{motion.data(), depth.data(), 16, 16};
+    ASSERT_EQ(run(e, a, b, out, 0.5f, {.motion = &known}), Outcome::ok);
+    EXPECT_EQ(out, b);
+}
+
+TEST(Extrapolation, GazeSavesEffortOutsideAndNothingInside) {
+    const Picture a = moved_noise(512, 512, Format::rgba8, 0, 0), b = moved_noise(512, 512, Format::rgba8, 6.3f, 3.1f), truth = moved_noise(512, 512, Format::rgba8, 9.45f, 4.65f);
+    Picture full(512, 512, Format::rgba8), foveated(full);
+    auto e = engine();
+    ASSERT_EQ(run(e, a, b, full, 0.5f), Outcome::ok);
+    const Gaze centre{256, 256, 64, 128}, nowhere{kNan, kNan, 64, 128};
+    ASSERT_EQ(run(e, a, b, foveated, 0.5f, {.gaze = &centre}), Outcome::ok);
+    EXPECT_GT(psnr(foveated, truth, 224), psnr(full, truth, 224) - 0.5);
+    EXPECT_GT(psnr(foveated, truth), psnr(b, truth) + 7);
+    EXPECT_NE(foveated, full);
+    ASSERT_EQ(run(e, a, b, foveated, 0.5f, {.gaze = &nowhere}), Outcome::ok);
+    EXPECT_EQ(foveated, full) << "a gaze that is no number is full effort";
+}
+
+TEST(Extrapolation, SteadyFramesDoNotAllocate) {
+    const Picture a = square_at(256, 40, 40), b = square_at(256, 45, 43);
+    Picture out(256, 256, Format::rgba8);
+    auto e = engine(Preset::best, 2);
+    ASSERT_TRUE(e.prepare(256, 256, Format::rgba8));
+    ASSERT_EQ(run(e, a, b, out, 0.5f), Outcome::ok);
+    const auto before = fovea::test::allocation_count();
+    ASSERT_EQ(run(e, a, b, out, 0.5f), Outcome::ok);
+    ASSERT_EQ(run(e, b, a, out, -0.7f), Outcome::ok);
+    EXPECT_EQ(fovea::test::allocation_count(), before);
+}
+
+TEST(ThreadPool, DoesEveryRowOnce) {
+    for (const int threads : {1, 2, 5}) {
+        ThreadPool pool(threads);
+        for (int round = 0; round < 200; ++round) {
+            std::vector<int> done(97, 0);
+            pool.run(97, 1 + round % 13, [&](int begin, int end) {
+                for (int i = begin; i < end; ++i) ++done[static_cast<std::size_t>(i)];
+            });
+            for (const int d : done) ASSERT_EQ(d, 1);
+        }
+    }
+}
+
+}  // namespace
