@@ -1,0 +1,222 @@
+// The source loop with a scripted device: what is published, and how losses, ends and new settings are taken.
+#include "daemon/service/source_loop.hpp"
+
+#include <gmock/gmock.h>
+
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+
+#include "tests/daemon/allocation_count.hpp"
+#include "tests/daemon/daemon_process.hpp"
+
+namespace fovea::service {
+namespace {
+
+using drivers::PollStatus;
+using test::eventually;
+
+// Each open() takes the next script: what its polls say, in order; then `after` for ever.
+struct Script {
+    bool opens = true;
+    int samples = 0;
+    PollStatus after = PollStatus::nothing;   // nothing: waits until wake()
+};
+
+using Scripts = std::deque<Script>;
+
+class ScriptedDevice final : public drivers::Device {
+public:
+    explicit ScriptedDevice(std::deque<Script> scripts) : scripts_{std::move(scripts)} {}
+
+    drivers::DeviceInfo info() const override { return {"scripted", "a script", "here", 1000, true}; }
+    Result<void> open() override {
+        ++opens;
+        if (scripts_.empty()) return fail("the script has ended");
+        now_ = scripts_.front();
+        scripts_.pop_front();
+        given_ = 0;
+        if (!now_.opens) return fail("not plugged in", "here", "plug it in");
+        return {};
+    }
+    PollStatus poll(GazeSample& out, Instant) noexcept override {
+        if (given_ < now_.samples) {
+            out = {};
+            out.id = static_cast<std::uint64_t>(++given_);
+            out.exposed = out.received = MonotonicClock::now();
+            out.eye(Eye::combined).valid = true;
+            out.eye(Eye::combined).gaze_dir_head = from_azimuth_elevation<HeadFrame>({1e-3 * given_, 0});
+            if (allocations_at == 0) allocations_at = pipeline::test::allocations();
+            allocations_until = pipeline::test::allocations();
+            return PollStatus::sample;
+        }
+        if (now_.after != PollStatus::nothing) return now_.after;
+        std::unique_lock lock(mutex_);
+        condition_.wait(lock, [this] { return woken_; });
+        woken_ = false;
+        return PollStatus::nothing;
+    }
+    void wake() noexcept override {
+        const std::lock_guard lock(mutex_);
+        woken_ = true;
+        condition_.notify_all();
+    }
+    void close() noexcept override { ++closes; }
+
+    std::atomic<int> opens{0}, closes{0};
+    long allocations_at = 0, allocations_until = 0;   // of the loop's own thread; read after stop()
+
+private:
+    std::deque<Script> scripts_;
+    Script now_;
+    int given_ = 0;
+    std::mutex mutex_;
+    std::condition_variable condition_;
+    bool woken_ = false;
+};
+
+// A loop with its publishers; `device` stays valid as long as the loop.
+struct Stage {
+    explicit Stage(std::deque<Script> scripts, bool may_come_later = true, Published before = {})
+        : focus{FocusPublisher::create({}, MonotonicClock::now()).value()},
+          samples{SamplesPublisher::create({}, focus.epoch()).value()},
+          reader{SamplesReader::map(samples.fd()).value()},
+          model_reader{FocusReader::map(focus.fd()).value()} {
+        auto owned = std::make_unique<ScriptedDevice>(std::move(scripts));
+        device = owned.get();
+        loop = std::make_unique<SourceLoop>(std::move(owned), may_come_later,
+                                            pipeline::Pipeline::create({}).value(), SourceLoop::Outputs{focus, samples}, time,
+                                            [this] { changes.fetch_add(1); }, before);
+    }
+    [[nodiscard]] bool reaches(SourceState state) const {
+        return eventually([&] { return loop->status().state == state; });
+    }
+    [[nodiscard]] bool publishes(std::uint64_t count) const {
+        return eventually([&] { return loop->status().published >= count; });
+    }
+
+    SystemTime time;
+    FocusPublisher focus;
+    SamplesPublisher samples;
+    SamplesReader reader;
+    FocusReader model_reader;
+    std::atomic<int> changes{0};
+    ScriptedDevice* device = nullptr;
+    std::unique_ptr<SourceLoop> loop;
+};
+
+TEST(SourceLoop, WaitsUntilItIsToldToBegin) {
+    Stage s(Scripts{{.samples = 1}});
+    EXPECT_EQ(s.loop->status().state, SourceState::waiting);
+    EXPECT_EQ(s.loop->status().device.name, "a script");
+    s.loop->stop();
+    EXPECT_EQ(s.device->opens, 0);
+}
+
+TEST(SourceLoop, PublishesOneModelPerSampleInOrder) {
+    Stage s(Scripts{{.samples = 50, .after = PollStatus::ended}});
+    s.loop->begin();
+    ASSERT_TRUE(s.reaches(SourceState::ended));
+    EXPECT_EQ(s.device->closes, 1);
+    SampleRecord record;
+    for (std::uint64_t n = 1; n <= 50; ++n) {
+        ASSERT_TRUE(s.reader.next_sample(record));
+        EXPECT_EQ(record.raw.id, n);
+        EXPECT_EQ(record.model.sequence, n);
+        EXPECT_EQ(record.model.sample_id, n);
+        EXPECT_LE(record.raw.received, record.model.filtered);
+        EXPECT_LE(record.model.filtered, record.model.published);
+    }
+    EXPECT_FALSE(s.reader.next_sample(record));
+    MotionModel newest;
+    ASSERT_TRUE(s.model_reader.read(newest));
+    EXPECT_EQ(newest.sequence, 50u);
+    EXPECT_EQ(s.loop->status().pipeline.samples, 50u);
+}
+
+TEST(SourceLoop, OpensALostDeviceAgainAndKeepsIdsUnique) {
+    Stage s(Scripts{{.samples = 3, .after = PollStatus::lost}, {.opens = false}, {.samples = 2, .after = PollStatus::ended}});
+    s.loop->begin();
+    ASSERT_TRUE(s.reaches(SourceState::ended));
+    const SourceStatus status = s.loop->status();
+    EXPECT_EQ(status.opens, 2u);
+    EXPECT_EQ(status.losses, 2u);   // gone once, not there once
+    SampleRecord record;
+    for (std::uint64_t n = 1; n <= 5; ++n) {
+        ASSERT_TRUE(s.reader.next_sample(record));
+        EXPECT_EQ(record.raw.id, n);
+        EXPECT_EQ(record.model.sequence, n);
+    }
+}
+
+TEST(SourceLoop, SaysWhyADeviceIsLost) {
+    Stage s(Scripts{{.opens = false}, {.opens = false}, {.opens = false}, {.opens = false}, {.opens = false}, {.opens = false}});
+    s.loop->begin();
+    ASSERT_TRUE(s.reaches(SourceState::lost));
+    EXPECT_EQ(s.loop->status().error.way_out, "plug it in");
+    s.loop->stop();   // also while it waits for the next attempt
+}
+
+TEST(SourceLoop, AFileThatCannotBeOpenedIsNotTriedAgain) {
+    Stage s(Scripts{{.opens = false}, {.samples = 1}}, false);
+    s.loop->begin();
+    ASSERT_TRUE(s.reaches(SourceState::failed));
+    EXPECT_EQ(s.loop->status().error.what, "not plugged in");
+    s.loop->stop();
+    EXPECT_EQ(s.device->opens, 1);
+}
+
+TEST(SourceLoop, StopsWhileTheDeviceIsSilent) {
+    Stage s(Scripts{{.samples = 1}});
+    s.loop->begin();
+    ASSERT_TRUE(s.publishes(1));
+    s.loop->stop();
+    EXPECT_EQ(s.device->closes, 1);
+    EXPECT_EQ(s.loop->published().models, 1u);
+}
+
+TEST(SourceLoop, GoesOnCountingWhereAnEarlierLoopStopped) {
+    Stage s(Scripts{{.samples = 2, .after = PollStatus::ended}}, true, Published{.models = 100, .sample_ids = 300});
+    s.loop->begin();
+    ASSERT_TRUE(s.reaches(SourceState::ended));
+    SampleRecord record;
+    ASSERT_TRUE(s.reader.next_sample(record));
+    EXPECT_EQ(record.model.sequence, 101u);
+    EXPECT_EQ(record.raw.id, 301u);
+    s.loop->stop();
+    EXPECT_EQ(s.loop->published().models, 102u);
+    EXPECT_EQ(s.loop->published().sample_ids, 302u);
+}
+
+TEST(SourceLoop, ANewPipelineTakesOverWithoutLosingASample) {
+    Stage s(Scripts{{.samples = 200'000, .after = PollStatus::nothing}});
+    s.loop->begin();
+    for (int i = 0; i < 50; ++i) {
+        const std::uint64_t seen = s.loop->status().published;
+        pipeline::PipelineSettings settings;
+        settings.filter = i % 2 == 0 ? "none" : "one_euro";
+        s.loop->set_pipeline(pipeline::Pipeline::create(settings).value());
+        ASSERT_TRUE(eventually([&] { const auto p = s.loop->status().published; return p > seen || p == 200'000; }));
+    }
+    ASSERT_TRUE(s.publishes(200'000));
+    s.loop->stop();
+    EXPECT_LT(s.loop->status().pipeline.samples, 200'000u) << "the last pipeline counts only its own samples";
+}
+
+TEST(SourceLoop, TellsOfEachChangeOfState) {
+    Stage s(Scripts{{.samples = 1, .after = PollStatus::ended}});
+    s.loop->begin();
+    ASSERT_TRUE(eventually([&] { return s.changes.load() == 3; }));   // opening, running, ended
+}
+
+TEST(SteadyLoop, OfTheDaemonDoesNotAllocate) {
+    Stage s(Scripts{{.samples = 20'000, .after = PollStatus::ended}});
+    s.loop->begin();
+    // Nothing but this loop may allocate meanwhile, so the count of state changes is all that is looked at.
+    ASSERT_TRUE(eventually([&] { return s.changes.load() == 3; }));
+    s.loop->stop();
+    EXPECT_EQ(s.device->allocations_until - s.device->allocations_at, 0);
+}
+
+}  // namespace
+}  // namespace fovea::service
