@@ -102,6 +102,8 @@ DaemonProcess::DaemonProcess(const TemporaryFolder& folder, const DaemonOptions&
     // The child gets the write end as a descriptor that survives exec, and writes to it by its name in /dev/fd.
     UniqueFd inherited(::dup(write_end.get()));
     write_end.reset();
+    // Opening it by name asks for the right to write, which is the pipe's owner's.
+    if (options.uid != 0 && ::fchown(inherited.get(), options.uid, options.uid) != 0) std::abort();
 
     std::vector<std::string> arguments = {FOVEA_BIN_DIR "/fovead", "--run-dir", folder_, "--ready-file",
                                           "/dev/fd/" + std::to_string(inherited.get())};

@@ -43,9 +43,9 @@ struct Finished {
 Finished run_program(const std::vector<std::string>& arguments, unsigned uid = 0);
 
 struct DaemonOptions {
-    std::string recording;                     // "": the shipped EyeLink one
-    std::vector<std::string> arguments;        // more of them
-    std::string config;                        // text of a config file; "": none
+    std::string recording = {};                  // "": the shipped EyeLink one
+    std::vector<std::string> arguments = {};   // more of them
+    std::string config = {};                   // text of a config file; "": none
     unsigned uid = 0;                          // not 0: run as this user
 };
 
