@@ -44,8 +44,10 @@ void print_source(const json& source) {
     fmt::print("  location    {}\n", word(source, "location"));
     fmt::print("  state       {}, opened {} times, lost {} times\n", word(source, "state"), count(source, "opens"), count(source, "losses"));
     print_error(source.value("error", json()), "  ");
-    fmt::print("  rate        {:.1f} Hz (nominal {:.1f} Hz), {} models published", number(source, "rate_hz"),
-               number(source, "nominal_rate_hz"), count(source, "published"));
+    const bool known = source.contains("rate_hz") && source["rate_hz"].is_number();
+    fmt::print("  rate        {} (nominal {:.1f} Hz), {} models published",
+               known ? fmt::format("{:.1f} Hz", number(source, "rate_hz")) : "not known yet", number(source, "nominal_rate_hz"),
+               count(source, "published"));
     if (source.contains("newest_age_ms") && source["newest_age_ms"].is_number())
         fmt::print(", newest {:.1f} ms ago", source["newest_age_ms"].get<double>());
     fmt::print("\n  pipeline    {}\n", nonzero(source.value("pipeline", json::object())));

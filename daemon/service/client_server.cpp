@@ -21,7 +21,7 @@ namespace asio = boost::asio;
 using asio::posix::stream_descriptor;
 
 constexpr auto kHelloWithin = std::chrono::seconds(1);   // libfovea sends it at once
-constexpr std::size_t kGreetingsPerUser = 8;             // so that one user cannot keep the others out
+constexpr std::size_t kGreetingsPerUser = 64;  // so that one user cannot keep the others out; more than connect at once
 constexpr auto kAcceptPause = std::chrono::milliseconds(100);  // after accept() failed, e.g. for want of descriptors
 
 bool contains(const std::vector<std::int64_t>& ids, std::uint64_t id) {

@@ -119,7 +119,7 @@ struct Daemon::State {
         clients->drain();
         if (now - rate_from >= kRateWindow) {
             const std::uint64_t count = loop->status().published;
-            rate_hz = rate_from == Instant{} ? 0 : static_cast<double>(count - rate_count) / to_seconds(now - rate_from);
+            if (rate_from != Instant{}) rate_hz = static_cast<double>(count - rate_count) / to_seconds(now - rate_from);
             rate_from = now;
             rate_count = count;
         }
@@ -280,7 +280,7 @@ struct Daemon::State {
     Error failure;
     Instant rate_from{};
     std::uint64_t rate_count = 0;
-    double rate_hz = 0;
+    double rate_hz = -1;
 };
 
 Result<std::unique_ptr<Daemon>> Daemon::create(DaemonParts parts, const TimeSource& time) {

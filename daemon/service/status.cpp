@@ -95,7 +95,7 @@ std::string to_json(const DaemonStatus& status) {
     const std::int64_t now_ns = to_ns(MonotonicClock::now());
     for (const ClientStatus& c : status.clients) clients.push_back(to_object(c, now_ns));
     json source = to_object(status.source);
-    source["rate_hz"] = status.rate_hz;
+    source["rate_hz"] = status.rate_hz < 0 ? json(nullptr) : json(status.rate_hz);
     source["newest_age_ms"] = status.newest_age_ns < 0 ? json(nullptr) : json(ms(status.newest_age_ns));
     const RecorderStatus& r = status.recorder;
     const json j = {

@@ -24,7 +24,7 @@ struct DaemonStatus {
     std::string focus_socket, admin_socket;
     SourceStatus source;
     std::int64_t newest_age_ns = -1;        // since the newest sample was received; -1: there has been none
-    double rate_hz = 0;                     // samples, over about the last second
+    double rate_hz = -1;                    // samples, over about the last second; -1: not known yet
     std::vector<ClientStatus> clients;
     ClientServer::Counters counters;
     std::optional<MotionModel> model;       // the newest published

@@ -164,8 +164,8 @@ TEST_F(RealDaemon, IsNotDisturbedByHostileClients) {
         EXPECT_EQ(::send(fd.get(), garbage.data(), size, MSG_NOSIGNAL), static_cast<ssize_t>(size));
         kept.push_back(std::move(fd));   // and never reads the answer
     }
-    // A crowd that never says anything: turned away after a second, and never more than a few of them at once.
-    for (int i = 0; i < 64; ++i) kept.push_back(connect_silently(daemon->focus_socket()));
+    // A crowd that never says anything: turned away after a second, and never more than 64 of them at once.
+    for (int i = 0; i < 200; ++i) kept.push_back(connect_silently(daemon->focus_socket()));
     // A well-behaved hello with a talkative sequel.
     auto talker = connect_raw(daemon->focus_socket());
     if (talker) {   // the crowd may have filled the door; then it is refused, which is as good
