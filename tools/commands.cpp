@@ -6,8 +6,10 @@ void add_convert(CLI::App& app, int* exit_code);
 void add_devices(CLI::App& app, int* exit_code);
 void add_latency(CLI::App& app, int* exit_code);
 void add_layer(CLI::App& app, int* exit_code);
+void add_predict(CLI::App& app, int* exit_code);
 void add_replay(CLI::App& app, int* exit_code);
 void add_status(CLI::App& app, int* exit_code);
+void add_tradeoff(CLI::App& app, int* exit_code);
 void add_version(CLI::App& app, int* exit_code);
 
 const CommandRow kCommands[] = {
@@ -15,8 +17,10 @@ const CommandRow kCommands[] = {
     {"devices", add_devices},
     {"latency", add_latency},
     {"layer", add_layer},
+    {"predict", add_predict},
     {"replay", add_replay},
     {"status", add_status},
+    {"tradeoff", add_tradeoff},
     {"version", add_version},
 };
 const unsigned kCommandCount = sizeof kCommands / sizeof kCommands[0];

@@ -15,6 +15,10 @@ constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 
 }  // namespace
 
+double sized(const Outcome& o, double x) noexcept {
+    return x * std::max(static_cast<double>(o.r95_deg), 0.1);  // below 0.1 degrees nothing is saved any more
+}
+
 Result<std::vector<LoadedRecording>> load_recordings(const std::vector<std::string>& paths,
                                                      const std::function<void(const Error&)>& skipped) {
     std::vector<LoadedRecording> out;

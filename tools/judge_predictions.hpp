@@ -28,6 +28,13 @@ struct Statistics {
     std::size_t count = 0;
 };
 
+// One judged prediction.
+struct Outcome {
+    float error_deg, r68_deg, r95_deg;
+};
+// The radius that the uncertainty asks for, times x.
+[[nodiscard]] double sized(const Outcome& outcome, double x) noexcept;
+
 struct LoadedRecording {
     std::string path;
     replay::Recording recording;
@@ -52,10 +59,11 @@ public:
 
     static constexpr std::size_t kLeast = 50;
 
+    [[nodiscard]] const std::vector<Outcome>& outcomes(const std::string& group, std::size_t gaze_class, std::size_t horizon) const {
+        return groups_.at(group)[gaze_class * horizons_ns_.size() + horizon];
+    }
+
 private:
-    struct Outcome {
-        float error_deg, r68_deg, r95_deg;
-    };
     using Cells = std::vector<std::vector<Outcome>>;  // class * horizons + horizon
     [[nodiscard]] static Statistics reduce(std::vector<Outcome> outcomes);
 
