@@ -12,7 +12,11 @@ constexpr std::int64_t kFastWindow_ns = 6'000'000;       // longer smears the on
 constexpr std::int64_t kConfirm_ns = 1'500'000;          // a faster tracker must show a second sample above
 constexpr std::int64_t kLongestSaccade_ns = 150'000'000; // 40 degrees take 110 ms; what lasts longer is none
 constexpr double kLearn_s = 0.15;                        // of noise before the first saccade can be told from it
-constexpr double kPeakEnd = 0.12;                        // a saccade has ended at this share of its peak speed
+// A closing lid drags the measured gaze 12 to 18 degrees down at 650 to 1450 deg/s; eyes end at 530 (main sequence).
+constexpr double kLid_deg_s = 620;
+constexpr std::int64_t kSwing_ns = 40'000'000;           // post-saccadic oscillation lasts 10 to 40 ms
+constexpr double kSwing = 0.4;                           // and its speed is a fraction of the saccade's
+constexpr double kPeakEnd = 0.15;                        // a saccade has ended at this share of its peak speed
 
 }  // namespace
 
@@ -86,7 +90,9 @@ const Classified& Classifier::update(const History& raw) noexcept {
     if (now_.event != GazeEvent::saccade) {
         // After a landing the speed must first have come down, or a new saccade would begin in the tail of the old one.
         armed_ = armed_ || relative < threshold || relative > 0.5 * now_.peak_deg_s;
-        if (relative > threshold && armed_ && noise_age_s_ > kLearn_s) {
+        // The lens goes on swinging for a while: what is small beside the saccade just over is no new one.
+        const bool swinging = now_.any_saccade && t_ns - now_.end_ns < kSwing_ns && relative < kSwing * now_.peak_deg_s;
+        if (relative > threshold && armed_ && !swinging && noise_age_s_ > kLearn_s) {
             if (above_++ == 0) above_since_ns_ = t_ns;
         } else {
             above_ = 0;
@@ -103,6 +109,7 @@ const Classified& Classifier::update(const History& raw) noexcept {
             }
             now_.peak_deg_s = relative;
             now_.any_saccade = true;
+            now_.lid = false;
             now_.slow_rad_s = {};
             trail_.clear();
         } else if (above_ == 0) {
@@ -113,8 +120,14 @@ const Classified& Classifier::update(const History& raw) noexcept {
     }
 
     now_.peak_deg_s = std::max(now_.peak_deg_s, relative);
+    // Only the speed onwards counts: a swing back is no longer the saccade.
+    const TangentBasis<HeadFrame> basis(gaze);
+    const Tangent come = -1.0 * nearby(basis, gaze, now_.start_dir_head);
+    const double way = length(come);
+    const double onwards = way > 1e-6 ? (come.u * fast.velocity_rad_s.u + come.v * fast.velocity_rad_s.v) / way * kDegreesPerRadian : relative;
+    now_.lid = now_.lid || (relative > kLid_deg_s && std::fabs(come.v) > 2 * std::fabs(come.u) && threshold < 0.25 * kLid_deg_s);
     const double end = std::max(settings_.end_ratio * threshold, kPeakEnd * now_.peak_deg_s);
-    if (relative < end || t_ns - now_.onset_ns > kLongestSaccade_ns) {
+    if (onwards < end || t_ns - now_.onset_ns > kLongestSaccade_ns) {
         now_.event = GazeEvent::fixation;
         now_.end_ns = t_ns;
         above_ = 0;

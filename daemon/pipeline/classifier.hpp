@@ -27,6 +27,7 @@ struct Classified {
     std::int64_t onset_ns = 0;
     Direction<HeadFrame> start_dir_head;
     double peak_deg_s = 0;
+    bool lid = false;                       // the "saccade" is the lid closing: up or down, faster than any eye
     bool any_saccade = false;               // false: onset and peak mean nothing yet
     std::int64_t end_ns = 0;                // of the last one that is over
 };

@@ -86,15 +86,18 @@ void EyeLine::use(Instant exposed, Direction<HeadFrame> gaze_dir_head) noexcept 
     if (raw_.size() > 0 && t - raw_.time_ns(0) > kForget_ns) forget_motion();
     raw_.push(t, gaze_dir_head);
     const Classified& now = classifier_.update(raw_);
-    const Direction<HeadFrame> filtered = filter_.update(t, gaze_dir_head, now);
+    const bool lid = now.lid && now.event == GazeEvent::saccade;
+    const Direction<HeadFrame> smooth = filter_.update(t, gaze_dir_head, now);
+    const Direction<HeadFrame> filtered = lid ? now.start_dir_head : smooth;
     shown_.push(t, filtered);
     predict(t, filtered, now);
 
     motion_.reference = exposed;
     motion_.gaze_dir_head = filtered;
     motion_.velocity_rad_s = transport(gaze_dir_head, filtered, now.fast_rad_s);
-    motion_.event = now.event;
-    if (now.event == GazeEvent::saccade) fill_saccade(now, gaze_dir_head);
+    motion_.event = lid ? GazeEvent::blink : now.event;
+    if (lid) motion_.velocity_rad_s = {};
+    if (motion_.event == GazeEvent::saccade) fill_saccade(now, gaze_dir_head);
     loss_.valid(exposed, filtered);
     loss_.fill(motion_);
 }
@@ -106,12 +109,15 @@ void EyeLine::predict(std::int64_t t, Direction<HeadFrame> filtered, const Class
                                    now.any_saccade ? static_cast<double>(t - now.onset_ns) * 1e-6 : kLongAgo_ms);
     const Phase phase = phase_of(now, features, t);
     predictor_.update({raw_, now, features, net, phase, filtered}, ahead_.displacement);
+    const bool lid = now.lid && now.event == GazeEvent::saccade;
+    if (lid) ahead_.displacement.fill({});
     const NetRadii radii = net_radii(net);
     for (std::size_t h = 0; h < kAhead; ++h) {
         ahead_.radius68_rad[h] = std::min(radii.r68_deg[h] * static_cast<float>(1 / kDegreesPerRadian), kWidest_rad);
         ahead_.radius95_rad[h] = std::min(radii.r95_deg[h] * static_cast<float>(1 / kDegreesPerRadian), kWidest_rad);
     }
-    ahead_.raw_offset = nearby(TangentBasis<HeadFrame>(filtered), filtered, raw_.direction(0));
+    ahead_.raw_offset = lid ? Tangent{} : nearby(TangentBasis<HeadFrame>(filtered), filtered, raw_.direction(0));
+    if (lid) judge_.forget_pending();  // nothing that was foreseen is judged by where the lid drags the gaze
     judge_.apply(t, filtered, phase, ahead_);
     // The present: the noise that is left in one sample.
     const float present = static_cast<float>(now.noise_deg_s * kNoiseSpan_s / kDegreesPerRadian);
