@@ -68,28 +68,53 @@ Result<Plan> Plan::create(const PlanSettings& wanted) {
     // The extension's default focal point: everything at full density.
     plan.point_count_ = std::numeric_limits<std::size_t>::max();
     const FocalPoint everywhere;
-    plan.update(std::span(&everywhere, 1));
+    plan.update(std::span(&everywhere, 1), {});
     plan.generation_ = 0;
     return plan;
 }
 
-bool Plan::update(std::span<const FocalPoint> points) noexcept {
+bool Plan::update(std::span<const FocalPoint> points) noexcept { return update(points, {}); }
+
+bool Plan::update(std::span<const FocalPoint> points, std::span<const BinRect> drawn) noexcept {
     const bool too_many = points.size() > kMaxFocalPoints;
     if (too_many) points = points.first(kMaxFocalPoints);
-    if (points.size() == point_count_ && too_many == too_many_points_ &&
+    std::array<BinRect, kMaxLevels> boxes{};
+    std::copy_n(drawn.begin(), std::min<std::size_t>(drawn.size(), kMaxLevels), boxes.begin());
+    if (points.size() == point_count_ && too_many == too_many_points_ && restricted_ == !drawn.empty() && boxes == drawn_ &&
         std::equal(points.begin(), points.end(), points_.begin(), same_bits))
         return false;
     std::copy(points.begin(), points.end(), points_.begin());
     point_count_ = points.size();
     too_many_points_ = too_many;
+    drawn_ = boxes;
+    restricted_ = !drawn.empty();
     choose_levels();
+    finish_levels();
+    return true;
+}
+
+void Plan::assign(std::span<const BinRect> boxes) noexcept {
+    std::size_t bin = 0;
+    for (int r = 0; r < rows_; ++r)
+        for (int c = 0; c < columns_; ++c, ++bin) {
+            int level = settings_.level_count - 1;
+            for (int i = level - 1; i >= 1; --i) {
+                const BinRect& b = boxes[static_cast<std::size_t>(i)];
+                if (c >= b.x0 && c < b.x1 && r >= b.y0 && r < b.y1) level = i;
+            }
+            level_[bin] = static_cast<std::uint8_t>(level);
+        }
+    point_count_ = std::numeric_limits<std::size_t>::max();   // the next update() plans anew
+    finish_levels();
+}
+
+void Plan::finish_levels() noexcept {
     first_rectangle_[0] = 0;
     for (int level = 0; level < settings_.level_count; ++level) {
         merge_rectangles(level);
         count_texels(level);
     }
     ++generation_;
-    return true;
 }
 
 void Plan::choose_levels() noexcept {
@@ -120,6 +145,10 @@ void Plan::choose_levels() noexcept {
             while (level > 0 && !(denominator >= threshold_[static_cast<std::size_t>(level)] &&
                                   threshold_[static_cast<std::size_t>(level)] < std::numeric_limits<double>::infinity()))
                 --level;
+            if (restricted_) {
+                const auto there = [&](const BinRect& b) { return c >= b.x0 && c < b.x1 && r >= b.y0 && r < b.y1; };
+                while (level > 0 && !there(drawn_[static_cast<std::size_t>(level)])) --level;
+            }
             level_[bin] = static_cast<std::uint8_t>(level);
         }
     }

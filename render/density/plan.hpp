@@ -69,6 +69,13 @@ public:
     // False, and nothing done, when they equal the last ones. noexcept, no allocation.
     bool update(std::span<const FocalPoint> points) noexcept;
 
+    // The same, where only level 0 is to be had everywhere: drawn[i] is the box of bins in which level i already is (what
+    // was drawn before the gaze was known). A bin gets the coarsest level that is fine enough and there.
+    bool update(std::span<const FocalPoint> points, std::span<const BinRect> drawn) noexcept;
+    // No focal points: each bin gets the finest level whose box contains it, the last level where none does. boxes[0] is
+    // not read (level 0 is nowhere). noexcept, no allocation.
+    void assign(std::span<const BinRect> boxes) noexcept;
+
     [[nodiscard]] const PlanSettings& settings() const noexcept { return settings_; }
     [[nodiscard]] int columns() const noexcept { return columns_; }
     [[nodiscard]] int rows() const noexcept { return rows_; }
@@ -98,6 +105,7 @@ public:
 private:
     Plan() = default;
     void choose_levels() noexcept;
+    void finish_levels() noexcept;
     void merge_rectangles(int level) noexcept;
     void count_texels(int level) noexcept;
 
@@ -107,6 +115,8 @@ private:
     std::array<FocalPoint, kMaxFocalPoints> points_{};
     std::size_t point_count_ = 0;
     bool too_many_points_ = false;
+    std::array<BinRect, kMaxLevels> drawn_{};
+    bool restricted_ = false;                      // to drawn_
     std::vector<std::uint8_t> level_;              // rows_ * columns_
     std::vector<double> column_terms_;             // kMaxFocalPoints * columns_
     std::vector<BinRect> rectangles_;              // by level

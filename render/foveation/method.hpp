@@ -16,6 +16,7 @@
 #include <span>
 #include <string_view>
 
+#include "protocol/clock.hpp"
 #include "protocol/error.hpp"
 #include "render/density/plan.hpp"
 #include "render/gl/command_list.hpp"
@@ -68,6 +69,15 @@ public:
     [[nodiscard]] virtual bool exact_fovea() const noexcept = 0;
     // Cheap when the targets are those of the last call.
     [[nodiscard]] virtual Result<void> prepare(std::span<const ViewTarget> targets) = 0;
+    // A method that draws the periphery before the gaze is latched, so that little is left to do after it. For such a
+    // method: submit_early() with the newest focus known, wait for the GPU, latch, submit(). Without submit_early(),
+    // submit() does both. The cost of both is in what submit() returns.
+    [[nodiscard]] virtual bool late_fovea() const noexcept { return false; }
+    virtual void submit_early(const gl::CommandList&, std::span<const ViewTarget>, std::span<const ViewFocus>) noexcept {}
+    // How long the last frame took, submit to GPU done: methods that choose between executors learn from it.
+    virtual void observe(Duration) noexcept {}
+    // What draws at present: the method's own name, or that of the one it has chosen.
+    [[nodiscard]] virtual std::string_view executor() const noexcept { return name(); }
     // targets: those prepared; focus: one per target. noexcept, no allocation. Flushes nothing.
     virtual FrameCost submit(const gl::CommandList& draws, std::span<const ViewTarget> targets,
                              std::span<const ViewFocus> focus) noexcept = 0;

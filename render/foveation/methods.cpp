@@ -1,6 +1,7 @@
 #include <array>
 #include <string>
 
+#include "render/foveation/auto.hpp"
 #include "render/foveation/full.hpp"
 #include "render/foveation/method.hpp"
 #include "render/foveation/scaled_bins.hpp"
@@ -12,6 +13,9 @@ constexpr std::array kMethods{
     MethodEntry{"full", "every pixel at full resolution", &Full::create},
     MethodEntry{"scaled_bins", "a grid of bins at 1, 1/2, 1/4 of the resolution by distance from the gaze (QCOM)",
                 &ScaledBins::create},
+    MethodEntry{"scaled_bins_late", "the same, with the periphery drawn before the gaze is latched and only the fovea after it",
+                &ScaledBins::create_late},
+    MethodEntry{"auto", "scaled_bins where it pays, full where it does not, by what the frames cost", &Auto::create},
 };
 
 }  // namespace

@@ -27,6 +27,13 @@ precision mediump float;
 void main() {}
 )";
 
+constexpr std::string_view kClearingMaskFragment = R"(#version 310 es
+precision highp float;
+layout(location = 0) uniform vec4 clear_color;
+layout(location = 0) out vec4 color;
+void main() { color = clear_color; }
+)";
+
 constexpr std::string_view kResolveFragment = R"(#version 310 es
 precision highp float;
 layout(binding = 0) uniform highp sampler2D level;
@@ -54,48 +61,69 @@ Result<std::unique_ptr<Method>> ScaledBins::create(const MethodSettings& setting
     method->depth_mask_ = settings.mask == Mask::depth || (settings.mask == Mask::automatic && driver_traits().depth_mask);
     method->mask_ = *std::move(mask);
     method->resolve_ = *std::move(resolve);
+    auto clearing = gl::build_program("clearing level mask", kRectVertex, kClearingMaskFragment);
+    if (!clearing) return std::unexpected(clearing.error());
+    method->clearing_mask_ = *std::move(clearing);
     return std::unique_ptr<Method>(std::move(method));
+}
+
+Result<std::unique_ptr<Method>> ScaledBins::create_late(const MethodSettings& settings) {
+    auto method = create(settings);
+    if (method) static_cast<ScaledBins&>(**method).late_ = true;
+    return method;
+}
+
+Result<ScaledBins::View> ScaledBins::make_view(const ViewTarget& t, bool with_levels) {
+    density::PlanSettings s = settings_.plan;
+    s.width_px = t.width_px;
+    s.height_px = t.height_px;
+    auto plan = density::Plan::create(s);
+    if (!plan) return std::unexpected(plan.error());
+    View v(*std::move(plan));
+    for (int level = 1; with_levels && level < s.level_count; ++level) {
+        auto target = gl::RenderTarget::create({.width_px = v.plan.level_width_px(level),
+                                                .height_px = v.plan.level_height_px(level),
+                                                .format = settings_.format,
+                                                .filter = settings_.filter});
+        if (!target) return std::unexpected(target.error());
+        v.levels[static_cast<std::size_t>(level)] = *std::move(target);
+    }
+    const auto bins = static_cast<std::size_t>(v.plan.columns()) * static_cast<std::size_t>(v.plan.rows());
+    if (staging_.size() < bins * 2) staging_.resize(bins * 2);
+    v.boxes.resize(bins * 2);
+    v.on_processor = settings_.resolver != Resolver::gpu && settings_.filter == gl::Filter::linear &&
+                     CpuResolve::can_resolve(t, v.plan) &&
+                     (settings_.resolver == Resolver::processor || driver_traits().processor_resolve);
+    if (v.on_processor) cpu_resolve_.reserve(v.plan);
+    v.rectangles = gl::create_dynamic_buffer(bins * 2 * sizeof(std::array<float, 4>));
+    v.arrays = gl::create_vertex_array();
+    glBindVertexArray(v.arrays.name());
+    glBindBuffer(GL_ARRAY_BUFFER, v.rectangles.name());
+    glEnableVertexAttribArray(0);
+    glVertexAttribDivisor(0, 1);
+    glVertexAttribPointer(0, 4, GL_FLOAT, GL_FALSE, 0, nullptr);
+    return v;
 }
 
 Result<void> ScaledBins::prepare(std::span<const ViewTarget> targets) {
     if (std::equal(targets.begin(), targets.end(), prepared_.begin(), prepared_.end())) return {};
     prepared_.clear();
     views_.clear();
-    std::vector<View> views;
-    std::size_t most_bins = 0;
+    early_.clear();
+    std::vector<View> views, early;
     for (const ViewTarget& t : targets) {
-        density::PlanSettings s = settings_.plan;
-        s.width_px = t.width_px;
-        s.height_px = t.height_px;
-        auto plan = density::Plan::create(s);
-        if (!plan) return std::unexpected(plan.error());
-        View v(*std::move(plan));
-        for (int level = 1; level < s.level_count; ++level) {
-            auto target = gl::RenderTarget::create({.width_px = v.plan.level_width_px(level),
-                                                    .height_px = v.plan.level_height_px(level),
-                                                    .format = settings_.format,
-                                                    .filter = settings_.filter});
-            if (!target) return std::unexpected(target.error());
-            v.levels[static_cast<std::size_t>(level)] = *std::move(target);
-        }
-        const auto bins = static_cast<std::size_t>(v.plan.columns()) * static_cast<std::size_t>(v.plan.rows());
-        most_bins = std::max(most_bins, bins);
-        v.boxes.resize(bins * 2);
-        v.on_processor = settings_.resolver != Resolver::gpu && settings_.filter == gl::Filter::linear &&
-                         CpuResolve::can_resolve(t, v.plan) &&
-                         (settings_.resolver == Resolver::processor || driver_traits().processor_resolve);
-        if (v.on_processor) cpu_resolve_.reserve(v.plan);
-        v.rectangles = gl::create_dynamic_buffer(bins * 2 * sizeof(std::array<float, 4>));
-        v.arrays = gl::create_vertex_array();
-        glBindVertexArray(v.arrays.name());
-        glBindBuffer(GL_ARRAY_BUFFER, v.rectangles.name());
-        glEnableVertexAttribArray(0);
-        glVertexAttribDivisor(0, 1);
-        glVertexAttribPointer(0, 4, GL_FLOAT, GL_FALSE, 0, nullptr);
-        views.push_back(std::move(v));
+        auto view = make_view(t, !late_);
+        if (!view) return std::unexpected(view.error());
+        views.push_back(*std::move(view));
+        if (!late_) continue;
+        auto before = make_view(t, true);
+        if (!before) return std::unexpected(before.error());
+        early.push_back(*std::move(before));
     }
-    staging_.resize(most_bins * 2);
     views_ = std::move(views);
+    early_ = std::move(early);
+    early_boxes_.assign(targets.size(), {});
+    early_done_ = false;
     prepared_.assign(targets.begin(), targets.end());
     return {};
 }
@@ -145,7 +173,7 @@ ScaledBins::Region ScaledBins::region(const View& view, const ViewTarget& t, int
 }
 
 void ScaledBins::draw_level(View& view, std::uint32_t index, const ViewTarget& t, const gl::CommandList& draws, int level,
-                            FrameCost& cost) noexcept {
+                            bool keep_color, FrameCost& cost) noexcept {
     const auto i = static_cast<std::size_t>(level);
     const Region r = region(view, t, level);
     glBindFramebuffer(GL_FRAMEBUFFER, r.framebuffer);
@@ -160,14 +188,17 @@ void ScaledBins::draw_level(View& view, std::uint32_t index, const ViewTarget& t
     glClearColor(clear.color[0], clear.color[1], clear.color[2], clear.color[3]);
     glClearDepthf(by_depth ? 0.0f : clear.depth);
     glClearStencil(0);
-    glClear(static_cast<GLbitfield>(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | (by_stencil ? GL_STENCIL_BUFFER_BIT : 0)));
+    const bool clear_in_mask = masked && keep_color;   // the box holds finished pixels outside the mask
+    glClear(static_cast<GLbitfield>((clear_in_mask ? 0 : GL_COLOR_BUFFER_BIT) | GL_DEPTH_BUFFER_BIT | (by_stencil ? GL_STENCIL_BUFFER_BIT : 0)));
     glDisable(GL_STENCIL_TEST);
     if (masked) {
-        glUseProgram(mask_.name());
+        glUseProgram(clear_in_mask ? clearing_mask_.name() : mask_.name());
+        if (clear_in_mask) glUniform4fv(0, 1, clear.color.data());
+        glDisable(GL_BLEND);
         glBindVertexArray(view.arrays.name());
         glBindBuffer(GL_ARRAY_BUFFER, view.rectangles.name());
         glDisable(GL_CULL_FACE);
-        glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+        if (!clear_in_mask) glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
         if (by_stencil) {
             glDisable(GL_DEPTH_TEST);
             glEnable(GL_STENCIL_TEST);
@@ -222,16 +253,72 @@ void ScaledBins::resolve(View& view, const ViewTarget& t) noexcept {
     }
 }
 
+void ScaledBins::submit_early(const gl::CommandList& draws, std::span<const ViewTarget> targets,
+                              std::span<const ViewFocus> focus) noexcept {
+    early_done_ = false;
+    if (!late_ || draws.empty() || !std::equal(targets.begin(), targets.end(), prepared_.begin(), prepared_.end())) return;
+    early_cost_ = {};
+    counter_.begin();
+    const int levels = settings_.plan.level_count;
+    for (std::size_t v = 0; v < targets.size(); ++v) {
+        density::Plan& plan = views_[v].plan;
+        plan.update(focus[v].all());
+        // Level n is drawn where the finer ones would be, and a margin further: the gaze may move until the latch.
+        const int margin = std::max(2, plan.columns() / 16);
+        density::BinRect box;
+        for (int level = 0; level < levels; ++level) {
+            const density::BinRect b = plan.bounds(level);
+            if (!b.empty())
+                box = box.empty() ? b : density::BinRect{std::min(box.x0, b.x0), std::min(box.y0, b.y0), std::max(box.x1, b.x1), std::max(box.y1, b.y1)};
+            if (level == 0) continue;
+            early_boxes_[v][static_cast<std::size_t>(level)] = {
+                static_cast<std::uint16_t>(std::max(0, box.x0 - margin)), static_cast<std::uint16_t>(std::max(0, box.y0 - margin)),
+                static_cast<std::uint16_t>(std::min(plan.columns(), box.x1 + margin)),
+                static_cast<std::uint16_t>(std::min(plan.rows(), box.y1 + margin))};
+        }
+        early_boxes_[v][static_cast<std::size_t>(levels - 1)] = {0, 0, static_cast<std::uint16_t>(plan.columns()), static_cast<std::uint16_t>(plan.rows())};
+        early_[v].plan.assign(early_boxes_[v]);
+        upload(early_[v]);
+        for (int level = levels - 1; level >= 1; --level)
+            if (early_[v].count[static_cast<std::size_t>(level)] != 0)
+                draw_level(early_[v], static_cast<std::uint32_t>(v), targets[v], draws, level, false, early_cost_);
+    }
+    for (std::size_t v = 0; v < targets.size(); ++v) resolve(early_[v], targets[v]);
+    early_done_ = levels > 1;
+}
+
+void ScaledBins::submit_late(const gl::CommandList& draws, std::span<const ViewTarget> targets,
+                             std::span<const ViewFocus> focus, FrameCost& cost) noexcept {
+    cost = early_cost_;
+    early_done_ = false;
+    for (std::size_t v = 0; v < targets.size(); ++v) {
+        View& view = views_[v];
+        view.plan.update(focus[v].all(), early_boxes_[v]);
+        if (drawn_whole(view)) {
+            submit_full_view(draws, static_cast<std::uint32_t>(v), targets[v], counter_.enabled(), cost);
+            continue;
+        }
+        cost.pixels_full += view.plan.pixels_full();
+        upload(view);
+        if (view.count[0] != 0) draw_level(view, static_cast<std::uint32_t>(v), targets[v], draws, 0, true, cost);
+    }
+}
+
 FrameCost ScaledBins::submit(const gl::CommandList& draws, std::span<const ViewTarget> targets,
                              std::span<const ViewFocus> focus) noexcept {
     FrameCost cost;
+    if (late_ && !early_done_) submit_early(draws, targets, focus);
+    if (early_done_) {
+        submit_late(draws, targets, focus, cost);
+        return cost;
+    }
     counter_.begin();
-    const bool ready = std::equal(targets.begin(), targets.end(), prepared_.begin(), prepared_.end());
+    const bool ready = !late_ && std::equal(targets.begin(), targets.end(), prepared_.begin(), prepared_.end());
     for (std::size_t v = 0; v < targets.size(); ++v) {
         if (ready) views_[v].plan.update(focus[v].all());
         if (!ready || draws.empty() || drawn_whole(views_[v])) {
             submit_full_view(draws, static_cast<std::uint32_t>(v), targets[v], counter_.enabled(), cost);
-            cost.fell_back = cost.fell_back || !ready;
+            cost.fell_back = cost.fell_back || (!ready && !draws.empty());
             continue;
         }
         cost.pixels_full += views_[v].plan.pixels_full();
@@ -239,7 +326,7 @@ FrameCost ScaledBins::submit(const gl::CommandList& draws, std::span<const ViewT
         // Coarse to fine: while the driver still draws level 0 of one view, the other's is being recorded.
         for (int level = views_[v].plan.settings().level_count - 1; level >= 0; --level)
             if (views_[v].count[static_cast<std::size_t>(level)] != 0)
-                draw_level(views_[v], static_cast<std::uint32_t>(v), targets[v], draws, level, cost);
+                draw_level(views_[v], static_cast<std::uint32_t>(v), targets[v], draws, level, false, cost);
     }
     if (!ready || draws.empty()) return cost;
     for (std::size_t v = 0; v < targets.size(); ++v)

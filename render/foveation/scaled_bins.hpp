@@ -12,6 +12,8 @@
 // render. gl_FragCoord in level n is scaled by 1/2^n, as the extension specifies.
 // Source: GL_QCOM_framebuffer_foveated, scaled bin method; one submission per level was measured to be the fastest way
 // on processor rasterisers (docs/render.md).
+// Late fovea: levels 1.. are drawn and resolved before the gaze is latched, each in a box that leaves room for the gaze to
+// move; after the latch only level 0 is left to draw. Bins that need more than what lies under them become level 0.
 // Masks are stencil values, or depths nearer than anything where only the depth test rejects early (docs/render.md).
 #pragma once
 
@@ -26,11 +28,16 @@ namespace fovea::foveation {
 class ScaledBins final : public Method {
 public:
     [[nodiscard]] static Result<std::unique_ptr<Method>> create(const MethodSettings& settings);
-    [[nodiscard]] std::string_view name() const noexcept override { return "scaled_bins"; }
+    // The same with the fovea drawn last: late_fovea().
+    [[nodiscard]] static Result<std::unique_ptr<Method>> create_late(const MethodSettings& settings);
+    [[nodiscard]] std::string_view name() const noexcept override { return late_ ? "scaled_bins_late" : "scaled_bins"; }
     [[nodiscard]] bool exact_fovea() const noexcept override { return true; }
     [[nodiscard]] Result<void> prepare(std::span<const ViewTarget> targets) override;
     FrameCost submit(const gl::CommandList& draws, std::span<const ViewTarget> targets,
                      std::span<const ViewFocus> focus) noexcept override;
+    [[nodiscard]] bool late_fovea() const noexcept override { return late_; }
+    void submit_early(const gl::CommandList& draws, std::span<const ViewTarget> targets,
+                      std::span<const ViewFocus> focus) noexcept override;
     [[nodiscard]] const density::Plan* plan(std::size_t view) const noexcept override {
         return view < views_.size() ? &views_[view].plan : nullptr;
     }
@@ -56,20 +63,29 @@ private:
     };
 
     explicit ScaledBins(const MethodSettings& settings) : settings_(settings), counter_(settings.count_fragments) {}
+    [[nodiscard]] Result<View> make_view(const ViewTarget& target, bool with_levels);
     void upload(View& view) noexcept;
     [[nodiscard]] static Region region(const View& view, const ViewTarget& target, int level) noexcept;
     void draw_level(View& view, std::uint32_t index, const ViewTarget& target, const gl::CommandList& draws, int level,
-                    FrameCost& cost) noexcept;
+                    bool keep_color, FrameCost& cost) noexcept;
+    void submit_late(const gl::CommandList& draws, std::span<const ViewTarget> targets, std::span<const ViewFocus> focus,
+                     FrameCost& cost) noexcept;
     void resolve(View& view, const ViewTarget& target) noexcept;
     [[nodiscard]] bool drawn_whole(const View& view) const noexcept { return view.plan.texels(0) == view.plan.pixels_full(); }
 
     MethodSettings settings_;
-    gl::Program mask_, resolve_;
+    bool late_ = false;
+    gl::Program mask_, clearing_mask_, resolve_;
     FragmentCounter counter_;
     CpuResolve cpu_resolve_;
     bool depth_mask_ = false;
     std::vector<ViewTarget> prepared_;
     std::vector<View> views_;
+    // Late fovea: what was drawn before the latch (levels 1.. in boxes), and whether it was for this frame.
+    std::vector<View> early_;
+    std::vector<std::array<density::BinRect, density::kMaxLevels>> early_boxes_;
+    FrameCost early_cost_;
+    bool early_done_ = false;
     std::vector<std::array<float, 4>> staging_;
 };
 

@@ -147,15 +147,14 @@ private:
         const Instant start = time_.now();
         scene_->record(to_seconds(start - begin_), eyes_, draws_);
 
+        if (method_->late_fovea()) {   // the periphery does not need the newest gaze
+            latch(clock.predict(time_.now() + frame_cost_.median()).photon);
+            method_->submit_early(draws_, targets_, focus_);
+            if (!gl::Fence::insert().wait(time_)) return false;
+        }
         // Everything is recorded: now, and not earlier, ask where the eye will be.
         const Instant asked = clock.predict(time_.now() + latched_cost_.median()).photon;
-        const fovea_result result = fovea_latch(client_.get(), to_ns(asked), views_.data(), kEyes, focals_.data(), &latch_);
-        FOVEA_REQUIRE(result == FOVEA_OK);   // our own arguments: an error is a bug
-        for (std::size_t i = 0; i < kEyes; ++i) {
-            const fovea_focal& f = focals_[i];
-            focus_[i].points[0] = density::sized_focal_point(o_.fovea, f.x_ndc, f.y_ndc, f.radius95_rad, f.ndc_per_rad_x, f.ndc_per_rad_y);
-            focus_[i].count = 1;
-        }
+        latch(asked);
         const foveation::FrameCost cost = method_->submit(draws_, targets_, focus_);
         gl::Fence fence = gl::Fence::insert();
         const Instant submitted = time_.now();
@@ -168,6 +167,7 @@ private:
         const Instant latched = instant_from_ns(latch_.latched_ns);
         frame_cost_.add(*done - start);
         latched_cost_.add(*done - latched);
+        method_->observe(*done - start);
         frame_ms_.add(milliseconds(*done - start));
         submit_ms_.add(milliseconds(submitted - latched));
         done_ms_.add(milliseconds(*done - latched));
@@ -177,6 +177,16 @@ private:
         if (live()) ++summary_.live_frames;
         if (snapshot_due()) take_snapshot();
         return true;
+    }
+
+    void latch(Instant photon) {
+        const fovea_result result = fovea_latch(client_.get(), to_ns(photon), views_.data(), kEyes, focals_.data(), &latch_);
+        FOVEA_REQUIRE(result == FOVEA_OK);   // our own arguments: an error is a bug
+        for (std::size_t i = 0; i < kEyes; ++i) {
+            const fovea_focal& f = focals_[i];
+            focus_[i].points[0] = density::sized_focal_point(o_.fovea, f.x_ndc, f.y_ndc, f.radius95_rad, f.ndc_per_rad_x, f.ndc_per_rad_y);
+            focus_[i].count = 1;
+        }
     }
 
     void report(const foveation::FrameCost& cost, Instant submitted, Instant done, Instant photon) {

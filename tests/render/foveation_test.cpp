@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <limits>
 
+#include "render/foveation/auto.hpp"
 #include "render/foveation/driver_traits.hpp"
 #include "render/foveation/upsample.hpp"
 #include "render/scene/scene.hpp"
@@ -76,6 +77,111 @@ TEST_F(Foveation, FoveaIsBitIdenticalToAFullRender) {
             EXPECT_GT(psnr(got, expected), 17.0) << "the periphery is the same picture, only coarser";
         }
     }
+}
+
+// Late fovea: the gaze moves between the periphery and the fovea, a little or across the view.
+TEST_F(Foveation, ALateFoveaIsExactAndNeverBelowTheEquationWhereverTheGazeWent) {
+    constexpr int kWidth = 224, kHeight = 176;
+    const QuadDraw footprint(footprint_shader(kWidth, kHeight)), pattern(kPattern);
+    const Pixels expected = full_picture(pattern.list(), kWidth, kHeight);
+    Views v(kWidth, kHeight);
+    MethodSettings settings;
+    settings.resolver = foveation::Resolver::processor;
+    const auto late = make("scaled_bins_late", v, settings);
+    settings.resolver = foveation::Resolver::gpu;
+    settings.filter = gl::Filter::nearest;
+    const auto nearest = make("scaled_bins_late", v, settings);
+    ASSERT_TRUE(late->late_fovea());
+    const density::FocalPoint before{-0.4f, 0.1f, 6, 6, 0};
+    for (const density::FocalPoint after : {before, {-0.3f, 0.1f, 6, 6, 0}, {0.6f, -0.5f, 6, 6, 0}, {-0.4f, 0.1f, 2, 2, 0}, {3, 3, 9, 9, 0}}) {
+        v.look(0, before);
+        late->submit_early(pattern.list(), v.targets, v.focus);
+        gl::finish();
+        v.look(0, after);
+        const FrameCost cost = late->submit(pattern.list(), v.targets, v.focus);
+        EXPECT_EQ(cost.pixels_full, std::uint64_t{kWidth * kHeight});
+        const Pixels got = read(v.targets[0]);
+        const density::Plan& plan = *late->plan(0);
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = 0; x < kWidth; ++x) {
+                const std::size_t i = static_cast<std::size_t>(y * kWidth + x) * 4;
+                if (plan.level_at(x / plan.bin_px(), y / plan.bin_px()) == 0) {
+                    ASSERT_TRUE(std::equal(&got[i], &got[i] + 4, &expected[i])) << x << "," << y;
+                }
+            }
+        EXPECT_GT(psnr(got, expected), 8) << "no holes";
+        v.look(0, before);
+        nearest->submit_early(footprint.list(), v.targets, v.focus);
+        v.look(0, after);
+        nearest->submit(footprint.list(), v.targets, v.focus);
+        const Pixels px = read(v.targets[0]);
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = 0; x < kWidth; ++x) {
+                const std::size_t i = static_cast<std::size_t>(y * kWidth + x) * 4;
+                const double delivered = 16.0 / std::max(px[i], px[i + 1]);
+                const double need = density::pixel_density({&after, 1}, (2.0 * x + 1) / kWidth - 1, (2.0 * y + 1) / kHeight - 1, 0.0);
+                ASSERT_GE(delivered * 1.02, need < 0.25 ? 0.0 : need) << x << "," << y;
+                ASSERT_LE(std::max(px[i], px[i + 1]), 66) << "coarser than the last level";
+            }
+    }
+}
+
+TEST(ExecutorChoice, FallsBackToFullWhereFoveationLosesAndReturnsWhereItWins) {
+    foveation::ExecutorChoice choice;
+    const auto run = [&](double foveated_ms, double full_ms, int frames) {
+        int foveated = 0;
+        for (int i = 0; i < frames; ++i) {
+            const bool f = choice.next() == foveation::ExecutorChoice::foveated;
+            foveated += f;
+            choice.observe(seconds((f ? foveated_ms : full_ms) * 1e-3));
+        }
+        return foveated;
+    };
+    EXPECT_GT(run(30, 100, 1000), 980);
+    EXPECT_EQ(choice.settled(), foveation::ExecutorChoice::foveated);
+    run(220, 100, 1100);
+    EXPECT_EQ(choice.settled(), foveation::ExecutorChoice::full);
+    EXPECT_LT(run(220, 100, 4000), 12) << "trying costs next to nothing";
+    run(30, 100, 1100);
+    EXPECT_EQ(choice.settled(), foveation::ExecutorChoice::foveated);
+}
+
+TEST(ExecutorChoice, DoesNotFlutterWhenBothCostTheSame) {
+    foveation::ExecutorChoice choice;
+    int switches = 0;
+    auto last = choice.settled();
+    unsigned noise = 1;
+    for (int i = 0; i < 20'000; ++i) {
+        noise = noise * 1664525u + 1013904223u;
+        choice.observe(seconds(0.020 * (0.98 + 0.04 * static_cast<double>(noise >> 8) / 16777216.0)));
+        switches += choice.settled() != last;
+        last = choice.settled();
+    }
+    EXPECT_EQ(switches, 0);
+    choice.observe(Duration{0});
+    choice.observe(Duration{-5});
+    EXPECT_EQ(choice.settled(), last);
+}
+
+TEST_F(Foveation, AutoDrawsTheSamePicturesAsTheMethodItChose) {
+    const QuadDraw quad(kPattern);
+    Views v(128, 128);
+    v.look(0, {0, 0, 5, 5, 0});
+    const auto automatic = make("auto", v), bins = make("scaled_bins", v), full = make("full", v);
+    bins->submit(quad.list(), v.targets, v.focus);
+    const Pixels foveated = read(v.targets[0]);
+    full->submit(quad.list(), v.targets, v.focus);
+    const Pixels whole = read(v.targets[0]);
+    bool saw_full = false;
+    for (int i = 0; i < 60; ++i) {
+        const std::string chosen(automatic->executor());
+        automatic->submit(quad.list(), v.targets, v.focus);
+        EXPECT_EQ(read(v.targets[0]), chosen == "full" ? whole : foveated) << chosen;
+        saw_full = saw_full || chosen == "full";
+        automatic->observe(std::chrono::milliseconds(chosen == "full" ? 5 : 9));
+    }
+    EXPECT_EQ(automatic->executor(), "full");
+    EXPECT_TRUE(saw_full);
 }
 
 // What every pixel got, read back from the shader's derivatives, against the equation.
