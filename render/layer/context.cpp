@@ -75,7 +75,10 @@ void Context::before_upload(Call call, GLenum target) {
         if (target >= GL_TEXTURE_CUBE_MAP_POSITIVE_X && target <= GL_TEXTURE_CUBE_MAP_NEGATIVE_Z) target = GL_TEXTURE_CUBE_MAP;
         if (const GLenum query = texture_binding_query(target)) name = get_integer(query);
     }
-    if (name != 0) image_written(static_cast<GLuint>(name));
+    if (name == 0) return;
+    if (std::any_of(attachments_.begin(), attachments_.end(), [name](const Attachment& a) { return a.name == static_cast<GLuint>(name); }))
+        submit(call);  // a pending clear too
+    image_written(static_cast<GLuint>(name));
 }
 
 void Context::before_indexed(Call call) {

@@ -93,6 +93,7 @@ public:
     // Policies of calls.txt.
     // A clear uses nothing that the calls of this policy change: it may stay pending.
     void before_submit(Call call) { if (recording_ && batch_.drew) submit(call); }
+    void before_forget(Call call) { if (recording_ && (batch_.drew || !undo_.empty())) submit(call); }
     void before_finish(Call call);
     void before_attach(Call call) { before_finish(call); }
     void before_remove(Call call) { before_finish(call); }

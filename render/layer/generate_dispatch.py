@@ -94,21 +94,22 @@ def vector_length(name):
 
 
 def undo_arguments(command, group):
-    if group != "uniform":
+    if group not in ("uniform", "program_uniform"):
         return command.arguments
     count = "count" if command.name.endswith("v") else "1"
     m = re.search(r"Matrix(\d)(?:x(\d))?fv", command.name)
+    first = "program, location" if group == "program_uniform" else "location"
     if m:
-        return f"location, {count}, {{'f', {m[2] or m[1]}, {m[1]}}}"
+        return f"{first}, {count}, {{'f', {m[2] or m[1]}, {m[1]}}}"
     m = re.search(r"Uniform(\d)(u?[if])", command.name)
-    return f"location, {count}, {{'{m[2][0]}', {m[1]}, 0}}"
+    return f"{first}, {count}, {{'{m[2][0]}', {m[1]}, 0}}"
 
 
 def wrapper(command, policy, group):
     call, args = f"gl.{command.short}({command.arguments})", command.arguments
     lines = [f"{command.result} GL_APIENTRY wrap_{command.name}({command.declaration}) {{"]
     back = "" if command.result == "void" else "return "
-    if policy in ("submit", "finish", "attach", "remove", "upload", "indexed"):
+    if policy in ("submit", "finish", "attach", "remove", "forget", "upload", "indexed"):
         if policy == "upload":
             target = f", {command.params[0][1]}" if command.params and command.params[0][1] == "target" else ", 0"
         else:

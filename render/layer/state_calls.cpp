@@ -222,7 +222,7 @@ void GL_APIENTRY layer_glProgramBinary(GLuint program, GLenum format, const void
 void GL_APIENTRY layer_glDeleteProgram(GLuint program) {
     Context* c = engaged();
     if (!c) return gl.DeleteProgram(program);
-    c->before_submit(Call::DeleteProgram);
+    c->before_forget(Call::DeleteProgram);
     c->forget_program(program);
     if (!c->put_off_deletion(program)) gl.DeleteProgram(program);
 }

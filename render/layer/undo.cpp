@@ -396,7 +396,10 @@ void set_uniform(GLuint program, GLint location, UniformShape shape, const GLflo
 // The elements of an array have consecutive locations. An array may be set beyond its end, where a location belongs to
 // another uniform or to none: the driver's errors about that are the caller's to drop.
 void Undo::uniform(GLint location, GLsizei count, UniformShape shape) {
-    const GLuint program = get_name(GL_CURRENT_PROGRAM);
+    program_uniform(get_name(GL_CURRENT_PROGRAM), location, count, shape);
+}
+
+void Undo::program_uniform(GLuint program, GLint location, GLsizei count, UniformShape shape) {
     if (location < 0 || program == 0) return;
     for (GLint at = location; at < location + count; ++at) {
         // The shape is part of the key: an array set beyond its end must not pass for a save of its neighbour.

@@ -41,6 +41,7 @@ class Undo {
 public:
     void restore() const;
     void clear() noexcept;
+    [[nodiscard]] bool empty() const noexcept { return pieces_.empty(); }
     // Blend state and colour masks per draw buffer are in use: save all of them from now on.
     void per_draw_buffer() noexcept { per_draw_buffer_ = true; }
 
@@ -72,6 +73,7 @@ public:
     void framebuffers();  // both bindings; for the layer's own drawing
     void cap(GLenum capability) { if (first(kCap, capability)) save_cap(capability); }
     void uniform(GLint location, GLsizei count, UniformShape shape);
+    void program_uniform(GLuint program, GLint location, GLsizei count, UniformShape shape);
 
 private:
     enum Kind : std::uint64_t {

@@ -107,6 +107,37 @@ TEST_F(Late, UniformsHaveTheValueOfTheirDraw) {
     EXPECT_EQ(p.at(254, 254), kBlack);
 }
 
+TEST_F(Late, UniformsOfAnotherProgramHaveTheValueOfTheirDraw) {
+    const Surface s = foveated();
+    const GLuint p = program("#version 310 es\nuniform vec4 place; void main() { vec2 v = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1)); gl_Position = vec4(place.xy + v * place.z, 0, 1); }",
+                             "#version 310 es\nprecision highp float; uniform mat2 tint[2]; out vec4 c; void main() { c = vec4(tint[0][0], tint[1][1]); }");
+    const GLint place = glGetUniformLocation(p, "place"), tint = glGetUniformLocation(p, "tint[0]");
+    const GLfloat red[8] = {1, 0, 0, 0, 0, 0, 0, 1}, green[8] = {0, 1, 0, 0, 0, 0, 0, 1};
+    glProgramUniform4f(p, place, -1, -1, 1, 0);
+    glProgramUniformMatrix2fv(p, tint, 2, GL_FALSE, red);
+    glUseProgram(p);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    glUseProgram(0);
+    glProgramUniform4f(p, place, 0, -1, 1, 0);
+    glProgramUniformMatrix2fv(p, tint, 2, GL_FALSE, green);
+    glUseProgram(p);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    const Picture picture = read(s);
+    EXPECT_EQ(picture.at(1, 1), kRed);
+    EXPECT_EQ(picture.at(130, 1), kGreen);
+    EXPECT_GL(GL_NO_ERROR);
+}
+
+TEST_F(Late, APendingClearComesBeforeAnUploadToItsImage) {
+    const Surface s = foveated(false);  // cleared, not submitted
+    const std::vector<Rgba> white(16 * 16, Rgba{255, 255, 255, 255});
+    glBindTexture(GL_TEXTURE_2D, s.color);
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, 16, 16, GL_RGBA, GL_UNSIGNED_BYTE, white.data());
+    const Picture p = read(s);
+    EXPECT_EQ(p.at(3, 3), white[0]);
+    EXPECT_EQ(p.at(20, 20), kBlack);
+}
+
 TEST_F(Late, StateIsWhatTheProgramSetAfterASubmission) {
     const Surface s = foveated();
     const GLuint t = texture(4, 4);

@@ -290,6 +290,31 @@ TEST_F(TextureFoveated, BlitsAreNotFoveated) {
     EXPECT_EQ(read(source), read(s));
 }
 
+TEST_F(TextureFoveated, GeometryShadersAreDrawnAtFullDensity) {
+    const GLuint p = glCreateProgram();
+    const char* texts[3] = {"#version 320 es\nvoid main() { gl_Position = vec4(float(gl_VertexID & 1) * 4.0 - 1.0, float(gl_VertexID >> 1) * 4.0 - 1.0, 0, 1); }",
+                            "#version 320 es\nlayout(triangles) in; layout(triangle_strip, max_vertices = 3) out;\n"
+                            "void main() { for (int i = 0; i < 3; ++i) { gl_Position = gl_in[i].gl_Position; EmitVertex(); } EndPrimitive(); }",
+                            "#version 320 es\nprecision highp float; out vec4 c; void main() { c = vec4(gl_FragCoord.xy / 256.0, 0, 1); }"};
+    const GLenum stages[3] = {GL_VERTEX_SHADER, GL_GEOMETRY_SHADER, GL_FRAGMENT_SHADER};
+    for (int i = 0; i < 3; ++i) {
+        const GLuint shader = glCreateShader(stages[i]);
+        glShaderSource(shader, 1, &texts[i], nullptr);
+        glCompileShader(shader);
+        glAttachShader(p, shader);
+    }
+    glLinkProgram(p);
+    const Surface s = surface(256, 256);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+    ext.texture_parameters(s.color, 0, 0, 0, 0, 8, 8, 0);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    glUseProgram(p);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    const Picture picture = read(s);
+    EXPECT_EQ(picture.at(250, 4).r, 250);  // gl_FragCoord is absolute in the periphery
+    EXPECT_GL(GL_NO_ERROR);
+}
+
 TEST_F(TextureFoveated, StateIsSharedWithTheShareGroup) {
     const Surface s = surface(256, 256);
     const EGLContext other = make_context(context), stranger = make_context();

@@ -1,5 +1,6 @@
 /* A program that knows nothing of foveation: many state calls and draws, client arrays, a framebuffer, a texture.
- * usage: plain_program link|dlopen|dlsym|getproc FRAMES
+ * usage: plain_program link|dlopen|dlsym|getproc FRAMES [GAIN]
+ * With GAIN it does know: its framebuffer is foveated, with one focal point in the middle.
  * Prints a hash of the last frame, and on stderr the processor seconds per frame (all threads). How it gets at its GL functions: linked, from a
  * library it opens itself (by dlsym), or by eglGetProcAddress alone. */
 #define _GNU_SOURCE
@@ -34,7 +35,7 @@ int main(int argc, char **argv) {
     const char *how = argc > 1 ? argv[1] : "link";
     const int frames = argc > 2 ? atoi(argv[2]) : 1;
     static uint8_t pixels[4 * SIZE * SIZE];
-    GLuint program, textures[2];
+    GLuint program, fbo, textures[2];
     GLint tint;
     float triangle[6];
     struct timespec from, to;
@@ -55,7 +56,13 @@ int main(int argc, char **argv) {
                            "#version 300 es\nprecision highp float; uniform vec4 tint; uniform sampler2D image; out vec4 c;\n"
                            "void main() { c = tint + texture(image, gl_FragCoord.xy / 64.0) * 0.1; }");
     for (i = 0; i < 2; ++i) textures[i] = make_texture(4, 4);
-    make_framebuffer(make_texture(SIZE, SIZE), SIZE, SIZE);
+    fbo = make_framebuffer(make_texture(SIZE, SIZE), SIZE, SIZE);
+    if (argc > 3) {
+        GLuint provided = 0;
+        const float gain = (float)atof(argv[3]);
+        ((PFNGLFRAMEBUFFERFOVEATIONCONFIGQCOMPROC)eglGetProcAddress("glFramebufferFoveationConfigQCOM"))(fbo, 1, 1, GL_FOVEATION_ENABLE_BIT_QCOM, &provided);
+        ((PFNGLFRAMEBUFFERFOVEATIONPARAMETERSQCOMPROC)eglGetProcAddress("glFramebufferFoveationParametersQCOM"))(fbo, 0, 0, 0, 0, gain, gain, 0);
+    }
     glUseProgram(program);
     tint = glGetUniformLocation(program, "tint");
     glEnableVertexAttribArray((GLuint)glGetAttribLocation(program, "p"));
