@@ -7,6 +7,11 @@
 #include <cstdlib>
 #include <fstream>
 
+#if defined(__SANITIZE_ADDRESS__)
+// The driver keeps shaders and screens until the process ends.
+extern "C" const char* __asan_default_options() { return "detect_leaks=0"; }
+#endif
+
 namespace fovea::layer_test {
 namespace {
 
