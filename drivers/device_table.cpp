@@ -1,4 +1,5 @@
 // The drivers that are built in: one visible row each, in the order in which `fovea devices` lists them.
+#include "drivers/camera/camera_device.hpp"
 #include "drivers/device.hpp"
 #include "drivers/hid/hid_device.hpp"
 #include "drivers/sample/sample_device.hpp"
@@ -10,6 +11,7 @@ const std::vector<DeviceRow>& device_table() {
     static const std::vector<DeviceRow> table = {
         {"hid", "any eye tracker of HID usage page 0x12 (Eye and Head Trackers)", hid::create, hid::keys(), hid::list},
         {"psvr2", "PlayStation VR2 over USB", usb::create_psvr2, usb::psvr2_keys(), usb::list_psvr2},
+        {"camera", "one or two eye cameras behind V4L2: pupil detection, gaze by an eye model", camera::create, camera::keys(), camera::list},
         {"sample", "a made-up USB tracker: the driver to copy (docs/writing_a_driver.md)", sample::create, sample::keys(), sample::list},
     };
     return table;

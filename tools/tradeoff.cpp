@@ -11,6 +11,7 @@
 #include "tools/commands.hpp"
 #include "tools/output_file.hpp"
 #include "tools/tradeoff_gaze.hpp"
+#include "tools/tradeoff_pupil.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -94,6 +95,7 @@ void add_tradeoff(CLI::App& app, int* exit_code) {
     add_subject(*c, exit_code, "filter", "Filters: jitter, lag and error, and nanoseconds per sample", true, judge_filters);
     add_subject(*c, exit_code, "classify", "Classifier settings: agreement with the recordings' labels, and delay", true, judge_classifiers);
     add_subject(*c, exit_code, "fovea", "Share of frames whose eye lies outside the sharp region, against its area", false, judge_foveas);
+    add_tradeoff_pupil(*c, exit_code);
 }
 
 }  // namespace fovea::tools

@@ -1,0 +1,419 @@
+#include "drivers/camera/pupil_detector.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+#include <opencv2/imgproc.hpp>
+
+namespace fovea::drivers::camera {
+
+namespace {
+
+constexpr int kCoarseSide = 96;            // the reduced picture's longer side
+constexpr double kMinContrast = 12;        // grey levels between pupil and surround; below it there is no pupil
+constexpr double kMinAxisRatio = 0.42;     // 65 degrees off the camera's axis
+constexpr double kMinQuality = 0.28;       // share of rays that agree times share of the inside that is dark
+constexpr int kTrialRays = 24;             // for choosing between the coarse candidates
+constexpr std::size_t kMaxCandidates = 12;
+
+struct Preset {
+    int rays;
+    double step_px;
+    int samples;      // random ellipses tried; 0: a trimmed fit of all points
+    int rounds;       // of rays from the found ellipse
+    double blur_px;
+};
+
+constexpr Preset preset_of(PupilPreset p) noexcept {
+    switch (p) {
+        case PupilPreset::draft: return {0, 1, 0, 0, 0};
+        case PupilPreset::fast: return {32, 1, 0, 0, 1.0};
+        case PupilPreset::balanced: return {64, 1, 40, 1, 1.0};
+        case PupilPreset::best: return {128, 0.5, 120, 2, 1.3};
+    }
+    return {64, 1, 40, 1, 1.0};
+}
+
+struct Coarse {
+    double x = 0, y = 0, radius = 0, inner = 0, outer = 0;
+};
+
+// Distances in pixels from an ellipse, to first order; the turn is worked out once.
+class EllipseRuler {
+public:
+    explicit EllipseRuler(const PupilEllipse& e) noexcept : e_{e}, c_{std::cos(e.angle_rad)}, s_{std::sin(e.angle_rad)} {}
+    // Below 1 inside, above 1 outside.
+    [[nodiscard]] double share(double x, double y) const noexcept {
+        return std::hypot(((x - e_.x) * c_ + (y - e_.y) * s_) / e_.a, (-(x - e_.x) * s_ + (y - e_.y) * c_) / e_.b);
+    }
+    [[nodiscard]] double distance(double x, double y) const noexcept {
+        const double u = ((x - e_.x) * c_ + (y - e_.y) * s_) / e_.a, v = (-(x - e_.x) * s_ + (y - e_.y) * c_) / e_.b;
+        const double r2 = u * u + v * v, g2 = u * u / (e_.a * e_.a) + v * v / (e_.b * e_.b);
+        if (r2 < 1e-12) return e_.b;
+        // |r - 1| r / |gradient|, with r - 1 = (r^2 - 1) / (r + 1)
+        const double r = std::sqrt(r2);
+        return std::abs(r2 - 1) / (r + 1) * r / std::sqrt(g2);
+    }
+
+private:
+    PupilEllipse e_;
+    double c_, s_;
+};
+
+// The ellipse's radius in direction `angle` from its centre.
+double radius_at(const PupilEllipse& e, double angle) noexcept {
+    const double u = std::cos(angle - e.angle_rad) / e.a, v = std::sin(angle - e.angle_rad) / e.b;
+    return 1 / std::hypot(u, v);
+}
+
+// A small generator of our own: the same picture must give the same answer everywhere.
+class Lcg {
+public:
+    std::uint32_t below(std::uint32_t n) noexcept {
+        state_ = state_ * 6364136223846793005u + 1442695040888963407u;
+        return static_cast<std::uint32_t>((state_ >> 33) % n);
+    }
+
+private:
+    std::uint64_t state_ = 0x5eed;
+};
+
+}  // namespace
+
+PupilPreset preset_from(const std::string& name) noexcept {
+    for (const PupilPreset p : {PupilPreset::draft, PupilPreset::fast, PupilPreset::balanced, PupilPreset::best})
+        if (name == to_string(p)) return p;
+    return PupilPreset::balanced;
+}
+
+const char* to_string(PupilPreset preset) noexcept {
+    switch (preset) {
+        case PupilPreset::draft: return "draft";
+        case PupilPreset::fast: return "fast";
+        case PupilPreset::balanced: return "balanced";
+        case PupilPreset::best: return "best";
+    }
+    return "balanced";
+}
+
+struct PupilDetector::State {
+    PupilSettings settings;
+    Preset preset;
+    cv::Mat small, sums, region, smooth, mask, labels, stats, centres;
+    std::vector<cv::Point2f> points, inliers, trial;
+    std::vector<double> outside, sorted;   // brightness just beyond each point
+    cv::Rect roi;          // where `smooth` lies in the picture
+    double glint_level = 255;
+    std::array<Coarse, kMaxCandidates> candidates;
+    std::size_t candidate_count = 0;
+
+    double min_radius(const GreyImage& g) const {
+        return settings.min_radius_px > 0 ? settings.min_radius_px : std::min(g.width, g.height) / 24.0;
+    }
+    double max_radius(const GreyImage& g) const {
+        return settings.max_radius_px > 0 ? settings.max_radius_px : std::min(g.width, g.height) / 5.0;
+    }
+
+    // For each size, the place where a square is darkest against the frame around it. Which size is the pupil's is
+    // settled by their edges: an iris in a white eye is darker against its surround than a pupil in an iris.
+    void find_candidates(const cv::Mat& image, double r_min, double r_max) {
+        const double scale = std::max(1.0, std::max(image.cols, image.rows) / static_cast<double>(kCoarseSide));
+        cv::resize(image, small, cv::Size(std::max(8, static_cast<int>(image.cols / scale)), std::max(8, static_cast<int>(image.rows / scale))), 0, 0, cv::INTER_AREA);
+        const double sx = static_cast<double>(image.cols) / small.cols, sy = static_cast<double>(image.rows) / small.rows;
+        cv::integral(small, sums, CV_32S);
+        candidate_count = 0;
+        int last_half = 0;
+        for (double r = r_min / sx; r <= 1.01 * r_max / sx && candidate_count < kMaxCandidates; r *= 1.3) {
+            const int half = std::max(1, static_cast<int>(std::lround(0.8 * r)));   // the square of a disc's area, about
+            if (half == last_half) continue;
+            last_half = half;
+            const int frame = std::max(half + 1, static_cast<int>(std::lround(1.6 * r)));
+            const int inner_n = (2 * half + 1) * (2 * half + 1);
+            double best = 0;
+            Coarse found;
+            for (int y = half; y < small.rows - half; ++y)
+                for (int x = half; x < small.cols - half; ++x) {
+                    const int x0 = std::max(x - frame, 0), x1 = std::min(x + frame + 1, small.cols), y0 = std::max(y - frame, 0), y1 = std::min(y + frame + 1, small.rows);
+                    const double inner = box(x - half, y - half, x + half + 1, y + half + 1), all = box(x0, y0, x1, y1);
+                    const double mean_in = inner / inner_n, mean_out = (all - inner) / ((x1 - x0) * (y1 - y0) - inner_n);
+                    // Dark in itself counts too: a shadow beside a highlight is no pupil.
+                    const double response = mean_out - 1.5 * mean_in + 255;
+                    if (response > best) {
+                        best = response;
+                        found = {(x + 0.5) * sx - 0.5, (y + 0.5) * sy - 0.5, r * sx, mean_in, mean_out};
+                    }
+                }
+            if (found.outer - found.inner >= kMinContrast) candidates[candidate_count++] = found;
+        }
+    }
+
+    // The candidate whose rays agree on an ellipse, the darkest inside of those that do.
+    bool choose(const cv::Mat& image, double r_min, double r_max, Coarse& best, PupilEllipse& rough) {
+        double best_score = 0;
+        for (std::size_t i = 0; i < candidate_count; ++i) {
+            Coarse c = candidates[i];
+            prepare_region(image, c);
+            if (roi.width < 16 || roi.height < 16 || !centroid(c)) continue;
+            PupilEllipse e;
+            cast_rays(c.x, c.y, c, nullptr, kTrialRays, 1.0);
+            if (!fit_trimmed(e) || !plausible(e, r_min, r_max)) continue;
+            const double support = static_cast<double>(select(e, 2.0)) / kTrialRays, dark = fill(e, c);
+            // Darkness decides between a pupil and the iris around it, quality between a pupil and a few lashes.
+            const double score = std::min(0.6, support * dark) * (255 - c.inner) * (255 - c.inner);
+            if (score > best_score) {
+                best_score = score;
+                best = c;
+                rough = e;
+            }
+        }
+        if (best_score > 0) prepare_region(image, best);
+        return best_score > 0;
+    }
+
+    // Share of the ellipse's inside that is as dark as a pupil; glints do not count.
+    double fill(const PupilEllipse& e, const Coarse& c) const {
+        const double t = c.inner + std::max(0.3 * (c.outer - c.inner), 10.0);
+        int dark = 0, n = 0;
+        for (int ring = 1; ring <= 4; ++ring)
+            for (int k = 0; k < 6 * ring; ++k) {
+                const double angle = 2 * std::numbers::pi * (k + 0.5 * ring) / (6 * ring), share = 0.22 * ring;
+                const double u = share * e.a * std::cos(angle), v = share * e.b * std::sin(angle);
+                const double ca = std::cos(e.angle_rad), sa = std::sin(e.angle_rad);
+                const double value = level(e.x + u * ca - v * sa, e.y + u * sa + v * ca);
+                if (value < 0 || value >= glint_level) continue;
+                ++n;
+                dark += value < t ? 1 : 0;
+            }
+        return n > 0 ? static_cast<double>(dark) / n : 0;
+    }
+
+    double box(int x0, int y0, int x1, int y1) const {
+        return sums.at<int>(y1, x1) - sums.at<int>(y0, x1) - sums.at<int>(y1, x0) + sums.at<int>(y0, x0);
+    }
+
+    void prepare_region(const cv::Mat& image, const Coarse& c) {
+        const int half = static_cast<int>(std::ceil(2.6 * c.radius)) + 4;
+        roi = cv::Rect(static_cast<int>(c.x) - half, static_cast<int>(c.y) - half, 2 * half + 1, 2 * half + 1) & cv::Rect(0, 0, image.cols, image.rows);
+        region = image(roi);
+        if (preset.blur_px > 0) cv::GaussianBlur(region, smooth, {}, preset.blur_px);
+        else smooth = region;
+        glint_level = std::max(200.0, c.outer + 0.55 * (255 - c.outer));
+    }
+
+    // Brightness between pixels, in coordinates of the whole picture; negative outside the region.
+    double level(double x, double y) const {
+        x -= roi.x;
+        y -= roi.y;
+        const int ix = static_cast<int>(std::floor(x)), iy = static_cast<int>(std::floor(y));
+        if (ix < 0 || iy < 0 || ix + 1 >= smooth.cols || iy + 1 >= smooth.rows) return -1;
+        const double fx = x - ix, fy = y - iy;
+        const std::uint8_t *p = smooth.ptr(iy) + ix, *q = smooth.ptr(iy + 1) + ix;
+        return (p[0] * (1 - fx) + p[1] * fx) * (1 - fy) + (q[0] * (1 - fx) + q[1] * fx) * fy;
+    }
+
+    // Centre and radius of what is darker than half way; also sharpens the two levels.
+    bool centroid(Coarse& c) const {
+        const double t = c.inner + 0.45 * (c.outer - c.inner), reach = 1.7 * c.radius;
+        double n = 0, sx = 0, sy = 0, dark = 0, light = 0, light_n = 0;
+        const int x0 = std::max(roi.x, static_cast<int>(c.x - reach)), x1 = std::min(roi.x + roi.width, static_cast<int>(c.x + reach) + 1);
+        const int y0 = std::max(roi.y, static_cast<int>(c.y - reach)), y1 = std::min(roi.y + roi.height, static_cast<int>(c.y + reach) + 1);
+        for (int y = y0; y < y1; ++y) {
+            const std::uint8_t* row = smooth.ptr(y - roi.y) - roi.x;
+            for (int x = x0; x < x1; ++x) {
+                const double dx = x - c.x, dy = y - c.y, v = row[x];
+                if (dx * dx + dy * dy > reach * reach) continue;
+                if (v < t) { ++n; sx += x; sy += y; dark += v; }
+                else if (v < glint_level) { ++light_n; light += v; }
+            }
+        }
+        if (n < 9 || light_n < 9) return false;
+        c = {sx / n, sy / n, std::sqrt(n / std::numbers::pi), dark / n, light / light_n};
+        return c.outer - c.inner >= kMinContrast;
+    }
+
+    // The steepest rise of brightness on each ray between near and far; `guess` narrows the search to its own edge.
+    void cast_rays(double cx, double cy, const Coarse& c, const PupilEllipse* guess, int rays, double step_px) {
+        points.clear();
+        outside.clear();
+        const double least = 0.3 * (c.outer - c.inner), cap = c.inner + 1.25 * (c.outer - c.inner);
+        constexpr int kMaxSteps = 1024;
+        double line[kMaxSteps];
+        for (int k = 0; k < rays; ++k) {
+            const double angle = 2 * std::numbers::pi * k / rays, ca = std::cos(angle), sa = std::sin(angle);
+            const double expected = guess != nullptr ? radius_at(*guess, angle) : c.radius;
+            const double from = std::max(1.0, (guess != nullptr ? 0.7 : 0.35) * expected), to = (guess != nullptr ? 1.4 : 2.0) * expected + 2;
+            // The difference spans two pixels each way whatever the step.
+            const int span = static_cast<int>(std::lround(2 / step_px));
+            int n = 0;
+            double last = c.inner;
+            for (double r = from - 2; r <= to + 2 && n < kMaxSteps; r += step_px) {
+                double v = level(cx + r * ca, cy + r * sa);
+                if (v < 0) break;
+                if (v >= glint_level) v = last;   // a lamp's reflection says nothing about what lies under it
+                last = std::min(v, cap);
+                line[n++] = last;
+            }
+            int best = -1;
+            double steepest = least;
+            for (int i = span; i + span < n; ++i) {
+                // The level just inside must still be the pupil's: the iris's own edge is a rise too.
+                if (line[i - span] > c.inner + 0.6 * (c.outer - c.inner)) continue;
+                const double rise = line[i + span] - line[i - span];
+                if (rise > steepest) { steepest = rise; best = i; }
+            }
+            if (best <= span || best + span + 1 >= n) continue;
+            const double before = line[best - 1 + span] - line[best - 1 - span], after = line[best + 1 + span] - line[best + 1 - span];
+            const double bend = before - 2 * steepest + after;
+            const double shift = bend < 0 ? std::clamp(0.5 * (before - after) / bend, -1.0, 1.0) : 0;
+            const double r = from - 2 + (best + shift) * step_px;
+            const double beyond = level(cx + (r + 3) * ca, cy + (r + 3) * sa);
+            if (beyond < 0) continue;
+            points.emplace_back(static_cast<float>(cx + r * ca), static_cast<float>(cy + r * sa));
+            outside.push_back(beyond);
+        }
+        drop_other_edges(c);
+    }
+
+    // Beyond a pupil's edge lies the iris, all round alike. An edge with something else beyond it is a lid's, a lash's
+    // or a glint's.
+    void drop_other_edges(const Coarse& c) {
+        if (points.size() < 8) return;
+        sorted = outside;
+        const auto middle = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2);
+        std::nth_element(sorted.begin(), middle, sorted.end());
+        const double usual = *middle, tolerance = 0.4 * std::max(0.0, usual - c.inner) + 6;
+        std::size_t kept = 0;
+        for (std::size_t i = 0; i < points.size(); ++i)
+            if (std::abs(outside[i] - usual) <= tolerance) points[kept++] = points[i];
+        points.resize(kept);
+    }
+
+    static bool fit(const std::vector<cv::Point2f>& from, PupilEllipse& e) {
+        if (from.size() < 6) return false;
+        const cv::RotatedRect box = cv::fitEllipseDirect(from);
+        const double w = box.size.width / 2, h = box.size.height / 2;
+        if (!(w > 0.5) || !(h > 0.5) || !std::isfinite(w) || !std::isfinite(h) || !std::isfinite(box.center.x) || !std::isfinite(box.center.y)) return false;
+        const double turn = box.angle * std::numbers::pi / 180;
+        e = {box.center.x, box.center.y, std::max(w, h), std::min(w, h), w >= h ? turn : turn + std::numbers::pi / 2};
+        return true;
+    }
+
+    static bool plausible(const PupilEllipse& e, double r_min, double r_max) {
+        return e.b >= kMinAxisRatio * e.a && e.a <= 1.4 * r_max && std::sqrt(e.a * e.b) >= 0.7 * r_min;
+    }
+
+    std::size_t select(const PupilEllipse& e, double within) {
+        inliers.clear();
+        const EllipseRuler ruler(e);
+        for (const auto& p : points)
+            if (ruler.distance(p.x, p.y) <= within) inliers.push_back(p);
+        return inliers.size();
+    }
+
+    bool fit_trimmed(PupilEllipse& e) {
+        if (points.size() < 8 || !fit(points, e)) return false;
+        for (const double within : {4.0, 2.0})
+            if (select(e, within) >= 8) fit(inliers, e);
+        return true;
+    }
+
+    bool fit_robustly(double r_min, double r_max, int samples, PupilEllipse& best) {
+        if (points.size() < 8) return false;
+        if (samples == 0) return fit_trimmed(best) && plausible(best, r_min, r_max);
+        Lcg random;
+        std::size_t most = 0;
+        const auto n = static_cast<std::uint32_t>(points.size());
+        for (int i = 0; i < samples; ++i) {
+            trial.clear();
+            // One point from each sixth of the circle: samples crowded on one side fit anything.
+            for (std::uint32_t k = 0; k < 6; ++k) {
+                const std::uint32_t low = k * n / 6, high = (k + 1) * n / 6;
+                trial.push_back(points[low + random.below(high - low)]);
+            }
+            PupilEllipse e;
+            if (!fit(trial, e) || !plausible(e, r_min, r_max)) continue;
+            const std::size_t count = select(e, 1.5);
+            if (count > most) { most = count; best = e; }
+        }
+        if (most < 6) return false;
+        for (int i = 0; i < 2; ++i)
+            if (select(best, 1.5) >= 6) {
+                PupilEllipse e;
+                if (fit(inliers, e) && plausible(e, r_min, r_max)) best = e;
+            }
+        return true;
+    }
+
+    void find_glints(const PupilEllipse& e, PupilResult& out) {
+        cv::threshold(region, mask, glint_level, 255, cv::THRESH_BINARY);
+        const int n = cv::connectedComponentsWithStats(mask, labels, stats, centres, 8, CV_32S);
+        const double pupil_area = std::numbers::pi * e.a * e.b;
+        std::array<double, 2> nearest = {1e9, 1e9};
+        for (int i = 1; i < n; ++i) {
+            const double area = stats.at<int>(i, cv::CC_STAT_AREA);
+            if (area < 2 || area > 0.4 * pupil_area) continue;
+            const Glint g{centres.at<double>(i, 0) + roi.x, centres.at<double>(i, 1) + roi.y, area};
+            const double d = std::hypot(g.x - e.x, g.y - e.y);
+            if (d > 2.2 * e.a) continue;
+            const int slot = d < nearest[0] ? 0 : d < nearest[1] ? 1 : 2;
+            if (slot == 0) { nearest[1] = nearest[0]; out.glints[1] = out.glints[0]; }
+            if (slot < 2) {
+                nearest[static_cast<std::size_t>(slot)] = d;
+                out.glints[static_cast<std::size_t>(slot)] = g;
+                out.glint_count = std::min(2, out.glint_count + 1);
+            }
+        }
+    }
+
+    PupilResult detect(const GreyImage& g) {
+        PupilResult out;
+        if (g.pixels == nullptr || g.width < 32 || g.height < 32 || g.width > kMaxImageSide || g.height > kMaxImageSide) return out;
+        const cv::Mat image(g.height, g.width, CV_8UC1, const_cast<std::uint8_t*>(g.pixels), static_cast<std::size_t>(g.stride));
+        const double r_min = min_radius(g), r_max = std::max(max_radius(g), r_min * 1.01);
+        Coarse c;
+        find_candidates(image, r_min, r_max);
+        PupilEllipse e;
+        if (!choose(image, r_min, r_max, c, e)) return out;
+        const double clear = std::min(1.0, (c.outer - c.inner) / 40);
+        double support = 0.7;   // draft: the candidate's own ellipse, not looked at again
+        if (preset.rays > 0) {
+            const PupilEllipse rough = e;
+            cast_rays(rough.x, rough.y, c, &rough, preset.rays, preset.step_px);
+            if (!fit_robustly(r_min, r_max, preset.samples, e)) return out;
+            for (int round = 0; round < preset.rounds; ++round) {
+                // Near the edge there is little left to go wrong: a quarter of the samples will do.
+                const PupilEllipse before = e;
+                cast_rays(e.x, e.y, c, &before, preset.rays, preset.step_px);
+                if (!fit_robustly(r_min, r_max, preset.samples / 4, e)) e = before;
+            }
+            support = static_cast<double>(select(e, 1.5)) / preset.rays;
+        }
+        const double quality = support * fill(e, c);
+        out.found = quality >= kMinQuality && plausible(e, r_min, r_max);
+        out.ellipse = e;
+        out.confidence = out.found ? std::min(1.0, quality * 1.1) * clear : 0;
+        if (out.found) find_glints(e, out);
+        return out;
+    }
+};
+
+PupilDetector::PupilDetector(const PupilSettings& settings) : state_{std::make_unique<State>()} {
+    state_->settings = settings;
+    state_->preset = preset_of(settings.preset);
+    cv::setNumThreads(1);   // a frame is too small to share, and the daemon's other threads need their cores
+}
+PupilDetector::PupilDetector(PupilDetector&&) noexcept = default;
+PupilDetector& PupilDetector::operator=(PupilDetector&&) noexcept = default;
+PupilDetector::~PupilDetector() = default;
+
+PupilResult PupilDetector::detect(const GreyImage& image) noexcept {
+    try {
+        return state_->detect(image);
+    } catch (const std::exception&) {   // OpenCV's, for example when memory runs out: no pupil in this frame
+        return {};
+    }
+}
+
+}  // namespace fovea::drivers::camera

@@ -1,0 +1,309 @@
+#include "drivers/camera/v4l2_stream.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <fcntl.h>
+#include <linux/videodev2.h>
+#include <sys/ioctl.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include "drivers/access.hpp"
+
+namespace fovea::drivers::camera {
+
+namespace {
+
+constexpr std::size_t kMaxImageBytes = std::size_t{kMaxImageSide} * kMaxImageSide * 2;
+constexpr unsigned kMaxFaultsInARow = 32;
+
+struct KnownFormat {
+    PixelFormat format;
+    std::uint32_t fourcc;
+    std::size_t bytes_per_pixel;   // 0: compressed
+};
+// In the order of preference: no decoding first.
+constexpr KnownFormat kFormats[] = {
+    {PixelFormat::grey, V4L2_PIX_FMT_GREY, 1},
+    {PixelFormat::y16, V4L2_PIX_FMT_Y16, 2},
+    {PixelFormat::yuyv, V4L2_PIX_FMT_YUYV, 2},
+    {PixelFormat::mjpg, V4L2_PIX_FMT_MJPEG, 0},
+};
+
+const KnownFormat* by_fourcc(std::uint32_t fourcc) noexcept {
+    for (const KnownFormat& f : kFormats)
+        if (f.fourcc == fourcc) return &f;
+    return nullptr;
+}
+
+int call(int fd, unsigned long request, void* argument) noexcept {
+    int r = 0;
+    do r = ::ioctl(fd, request, argument);
+    while (r < 0 && errno == EINTR);
+    return r;
+}
+
+std::string fourcc_text(std::uint32_t v) {
+    std::string text(4, ' ');
+    for (int i = 0; i < 4; ++i) {
+        const auto c = static_cast<char>(v >> (8 * i));
+        text[static_cast<std::size_t>(i)] = c >= 32 && c < 127 ? c : '?';
+    }
+    return text;
+}
+
+}  // namespace
+
+std::vector<PixelFormat> usable_formats(int fd) {
+    std::vector<PixelFormat> found;
+    for (std::uint32_t i = 0; i < 256; ++i) {
+        v4l2_fmtdesc d{};
+        d.index = i;
+        d.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+        if (call(fd, VIDIOC_ENUM_FMT, &d) != 0) break;
+        if (const KnownFormat* f = by_fourcc(d.pixelformat)) found.push_back(f->format);
+    }
+    return found;
+}
+
+Result<void> V4l2Stream::open(const StreamSettings& settings) {
+    close();
+    fd_ = ::open(settings.path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+    if (fd_ < 0) return cannot_open(settings.path, errno);
+    counters_ = {};
+    not_granted_.clear();
+    held_ = -1;
+    has_sequence_ = false;
+    faults_in_a_row_ = 0;
+    auto ready = negotiate(settings);
+    if (ready) ready = set_up_buffers(settings.buffers);
+    if (ready) {
+        set_controls(settings);
+        int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+        if (call(fd_, VIDIOC_STREAMON, &type) != 0) {
+            const int code = errno;
+            ready = code == EBUSY ? Result<void>(cannot_open(settings.path, EBUSY))
+                                  : fail_errno("the camera does not start", code, settings.path);
+        }
+    }
+    if (!ready) close();
+    return ready;
+}
+
+Result<void> V4l2Stream::negotiate(const StreamSettings& settings) {
+    v4l2_capability cap{};
+    if (call(fd_, VIDIOC_QUERYCAP, &cap) != 0)
+        return fail_errno("this is no video device", errno, settings.path, "`fovea devices camera` lists the cameras");
+    card_.assign(reinterpret_cast<const char*>(cap.card), strnlen(reinterpret_cast<const char*>(cap.card), sizeof cap.card));
+    const std::uint32_t can = (cap.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? cap.device_caps : cap.capabilities;
+    if ((can & V4L2_CAP_VIDEO_CAPTURE) == 0 || (can & V4L2_CAP_STREAMING) == 0)
+        return fail("this video device does not stream pictures", settings.path, "`fovea devices camera` lists the cameras");
+
+    const auto usable = usable_formats(fd_);
+    const KnownFormat* chosen = nullptr;
+    for (const KnownFormat& f : kFormats)
+        if (chosen == nullptr && std::ranges::find(usable, f.format) != usable.end() &&
+            (settings.format == "auto" || settings.format == to_string(f.format)))
+            chosen = &f;
+    if (chosen == nullptr) {
+        std::string offers;
+        for (const PixelFormat f : usable) offers += std::string(offers.empty() ? "" : ", ") + to_string(f);
+        return fail("the camera does not offer " + (settings.format == "auto" ? std::string("GREY, Y16, YUYV or MJPG") : settings.format),
+                    settings.path, offers.empty() ? "use another camera" : "it offers " + offers);
+    }
+    v4l2_format format{};
+    format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    if (call(fd_, VIDIOC_G_FMT, &format) != 0) return fail_errno("the camera tells no format", errno, settings.path);
+    if (settings.width > 0) format.fmt.pix.width = static_cast<std::uint32_t>(settings.width);
+    if (settings.height > 0) format.fmt.pix.height = static_cast<std::uint32_t>(settings.height);
+    format.fmt.pix.pixelformat = chosen->fourcc;
+    format.fmt.pix.field = V4L2_FIELD_NONE;
+    format.fmt.pix.bytesperline = 0;
+    format.fmt.pix.sizeimage = 0;
+    if (call(fd_, VIDIOC_S_FMT, &format) != 0) {
+        const int code = errno;
+        return code == EBUSY ? cannot_open(settings.path, EBUSY)
+                             : fail_errno("the camera refuses the format", code, settings.path);
+    }
+    const v4l2_pix_format& pix = format.fmt.pix;
+    const KnownFormat* granted = by_fourcc(pix.pixelformat);
+    if (granted == nullptr)
+        return fail("the camera answers with the format " + fourcc_text(pix.pixelformat), settings.path,
+                    "set format under [source] to one that it offers");
+    if (pix.width < 1 || pix.height < 1 || pix.width > kMaxImageSide || pix.height > kMaxImageSide)
+        return fail(fmt::format("the camera answers with {} x {} pixels", pix.width, pix.height), settings.path);
+    format_ = granted->format;
+    width_ = static_cast<int>(pix.width);
+    height_ = static_cast<int>(pix.height);
+    if (settings.width > 0 && (width_ != settings.width || height_ != settings.height))
+        not_granted_.push_back(fmt::format("size: {} x {} in place of {} x {}", width_, height_, settings.width, settings.height));
+    const std::size_t least = pix.width * granted->bytes_per_pixel;
+    stride_ = granted->bytes_per_pixel == 0 ? 0 : std::max<std::size_t>(pix.bytesperline, least);
+    const std::size_t raw = granted->bytes_per_pixel == 0 ? std::size_t{pix.width} * pix.height * 2 : stride_ * pix.height;
+    image_bytes_ = std::max<std::size_t>(pix.sizeimage, raw);
+    if (image_bytes_ > kMaxImageBytes)
+        return fail(fmt::format("the camera wants {} bytes for a picture", image_bytes_), settings.path);
+
+    v4l2_streamparm parm{};
+    parm.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    if (call(fd_, VIDIOC_G_PARM, &parm) == 0) {
+        if (settings.rate_hz > 0) {
+            parm.parm.capture.timeperframe = {1000, static_cast<std::uint32_t>(settings.rate_hz * 1000 + 0.5)};
+            if (call(fd_, VIDIOC_S_PARM, &parm) != 0) not_granted_.push_back("the frame rate");
+        }
+        const v4l2_fract t = parm.parm.capture.timeperframe;
+        rate_hz_ = t.numerator > 0 ? static_cast<double>(t.denominator) / t.numerator : 0;
+    } else if (settings.rate_hz > 0) {
+        not_granted_.push_back("the frame rate");
+    }
+    return {};
+}
+
+void V4l2Stream::set_controls(const StreamSettings& settings) {
+    const auto set = [&](std::uint32_t id, std::int32_t value, const char* name) {
+        v4l2_control c{id, value};
+        if (call(fd_, VIDIOC_S_CTRL, &c) != 0) not_granted_.push_back(fmt::format("{} {}", name, value));
+    };
+    if (settings.exposure_us > 0) {
+        set(V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL, "manual exposure");
+        set(V4L2_CID_EXPOSURE_ABSOLUTE, std::max(1, (settings.exposure_us + 50) / 100), "exposure, 100 us units,");
+    }
+    if (settings.gain >= 0) set(V4L2_CID_GAIN, settings.gain, "gain");
+}
+
+Result<void> V4l2Stream::set_up_buffers(unsigned count) {
+    for (const unsigned memory : {unsigned{V4L2_MEMORY_MMAP}, unsigned{V4L2_MEMORY_USERPTR}}) {
+        v4l2_requestbuffers request{};
+        request.count = count;
+        request.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+        request.memory = memory;
+        if (call(fd_, VIDIOC_REQBUFS, &request) != 0) {
+            if (errno == EBUSY) return cannot_open(card_, EBUSY);
+            continue;
+        }
+        if (request.count < 2 || request.count > 64) continue;
+        memory_ = memory;
+        for (unsigned i = 0; i < request.count; ++i) {
+            Buffer b;
+            if (memory == V4L2_MEMORY_MMAP) {
+                v4l2_buffer v{};
+                v.index = i;
+                v.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+                v.memory = memory;
+                if (call(fd_, VIDIOC_QUERYBUF, &v) != 0 || v.length == 0 || v.length > 2 * kMaxImageBytes)
+                    return fail("the camera has no buffers to map", card_);
+                b.length = v.length;
+                b.data = ::mmap(nullptr, b.length, PROT_READ | PROT_WRITE, MAP_SHARED, fd_, static_cast<off_t>(v.m.offset));
+                if (b.data == MAP_FAILED) return fail_errno("cannot map the camera's buffers", errno, card_);
+            } else {
+                b.length = (image_bytes_ + 4095) & ~std::size_t{4095};
+                b.data = std::aligned_alloc(4096, b.length);
+                if (b.data == nullptr) return fail("no memory for camera buffers", card_);
+            }
+            buffers_.push_back(b);
+            if (!queue(i)) return fail_errno("the camera takes no buffers", errno, card_);
+        }
+        return {};
+    }
+    return fail("the camera offers neither memory mapping nor user pointers", card_, "use another camera");
+}
+
+bool V4l2Stream::queue(unsigned index) noexcept {
+    v4l2_buffer v{};
+    v.index = index;
+    v.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    v.memory = memory_;
+    if (memory_ == V4L2_MEMORY_USERPTR) {
+        v.m.userptr = reinterpret_cast<unsigned long>(buffers_[index].data);
+        v.length = static_cast<std::uint32_t>(buffers_[index].length);
+    }
+    return call(fd_, VIDIOC_QBUF, &v) == 0;
+}
+
+int V4l2Stream::dequeue(Frame& out, Instant now) noexcept {
+    v4l2_buffer v{};
+    v.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    v.memory = memory_;
+    if (call(fd_, VIDIOC_DQBUF, &v) != 0) {
+        if (errno == EAGAIN) return -1;
+        if (errno == EIO && ++faults_in_a_row_ <= kMaxFaultsInARow) {
+            ++counters_.broken;
+            return -1;
+        }
+        return -2;   // ENODEV: unplugged; EINVAL and the like: the stream is over
+    }
+    if (v.index >= buffers_.size()) return -2;
+    const Buffer& b = buffers_[v.index];
+    std::size_t size = std::min<std::size_t>(v.bytesused, b.length), at = 0;
+    if (format_ != PixelFormat::mjpg) {
+        const std::size_t one = stride_ * static_cast<std::size_t>(height_);
+        if (size == 0) size = std::min(one, b.length);   // some drivers leave bytesused at 0
+        if (one > 0 && size >= 2 * one && size % one == 0) {
+            counters_.dropped += size / one - 1;
+            at = size - one;
+        }
+    }
+    out.bytes = {static_cast<const std::uint8_t*>(b.data) + at, size - at};
+    out.sequence = v.sequence;
+    out.received = now;
+    out.captured_known = (v.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
+    const std::int64_t stamp_ns = std::int64_t{v.timestamp.tv_sec} * 1'000'000'000 + std::int64_t{v.timestamp.tv_usec} * 1000;
+    out.captured = out.captured_known ? std::min(instant_from_ns(stamp_ns), now) : now;
+    if (has_sequence_) {
+        const std::uint32_t step = v.sequence - last_sequence_;
+        if (step > 1 && step < 1'000'000) counters_.dropped += step - 1;
+    }
+    has_sequence_ = true;
+    last_sequence_ = v.sequence;
+    if ((v.flags & V4L2_BUF_FLAG_ERROR) != 0) {
+        ++counters_.broken;
+        if (++faults_in_a_row_ > kMaxFaultsInARow || !queue(v.index)) return -2;
+        return -1;
+    }
+    faults_in_a_row_ = 0;
+    return static_cast<int>(v.index);
+}
+
+FrameEvent V4l2Stream::next(Frame& out, Instant now) noexcept {
+    if (fd_ < 0) return FrameEvent::lost;
+    if (held_ >= 0 && !queue(static_cast<unsigned>(held_))) return FrameEvent::lost;
+    held_ = -1;
+    // Frames that waited while the last one was worked on are old by now: only the newest counts.
+    for (std::size_t i = 0; i <= buffers_.size(); ++i) {
+        Frame frame;
+        const int index = dequeue(frame, now);
+        if (index == -2) return FrameEvent::lost;
+        if (index < 0) break;
+        if (held_ >= 0) {
+            ++counters_.dropped;
+            if (!queue(static_cast<unsigned>(held_))) return FrameEvent::lost;
+        }
+        held_ = index;
+        out = frame;
+    }
+    if (held_ < 0) return FrameEvent::nothing;
+    ++counters_.frames;
+    return FrameEvent::frame;
+}
+
+void V4l2Stream::close() noexcept {
+    if (fd_ >= 0) {
+        int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+        call(fd_, VIDIOC_STREAMOFF, &type);
+    }
+    for (const Buffer& b : buffers_) {
+        if (b.data == nullptr || b.data == MAP_FAILED) continue;
+        if (memory_ == V4L2_MEMORY_MMAP) ::munmap(b.data, b.length);
+        else std::free(b.data);
+    }
+    buffers_.clear();
+    if (fd_ >= 0) ::close(fd_);
+    fd_ = -1;
+    held_ = -1;
+}
+
+}  // namespace fovea::drivers::camera
