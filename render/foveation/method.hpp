@@ -51,6 +51,17 @@ enum class Resolver : std::uint8_t { automatic, gpu, processor };
 // How fragments outside a level's bins are rejected.
 enum class Mask : std::uint8_t { automatic, stencil, depth };
 
+// Arm's inset and outset views. Pixels of the finished picture.
+struct InsetOutsetSettings {
+    double ratio = 0.5;          // of the outset's pixels per axis, (0, 1]; the inset's too unless inset_px is set
+    int inset_px = 0;            // edge of the inset; 0: ratio times the picture's longer edge
+    double blend_px = 50;        // width of the smoothstep between the two, inward from the inset's circle; >= 0
+    double contrast = 0;         // how much of the contrast lost by enlarging is put back, 0 (off) to 4
+    double hidden_radius = 0;    // NDC: nothing outside is seen through the lens, and it is not shaded; 0: all is seen
+    int samples = 0;             // MSAA 0, 2, 4, 8 of all four views, at most the driver's maximum
+    bool masks = true;           // circular masks in both
+};
+
 struct MethodSettings {
     // Bins, levels, reading and minimum density; the size comes from the targets. scaled_bins.
     density::PlanSettings plan;
@@ -58,6 +69,7 @@ struct MethodSettings {
     gl::Filter filter = gl::Filter::linear;            // of the resolve
     Resolver resolver = Resolver::automatic;   // automatic: what the start-up probe found to be cheaper on this driver
     Mask mask = Mask::automatic;               // automatic: stencil, unless only depth rejects early on this driver
+    InsetOutsetSettings inset_outset;
     bool count_fragments = false;   // debug: let counted_fragments() return what was really shaded, overdraw included
 };
 
@@ -83,6 +95,11 @@ public:
                              std::span<const ViewFocus> focus) noexcept = 0;
     // What the last submit planned for a view; null for methods without bins.
     [[nodiscard]] virtual const density::Plan* plan(std::size_t view) const noexcept = 0;
+    // The region at full resolution that the last submit left in a view, for methods without bins: an ellipse in NDC.
+    struct Region {
+        double x_ndc = 0, y_ndc = 0, half_width_ndc = 4, half_height_ndc = 4;   // beyond every corner: the whole view
+    };
+    [[nodiscard]] virtual Region full_region(std::size_t) const noexcept { return {}; }
     // Fragments of the last submit, by the GPU's own count; waits for it. 0 unless count_fragments was set.
     [[nodiscard]] virtual std::uint64_t counted_fragments() = 0;
 };

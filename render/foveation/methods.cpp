@@ -3,6 +3,7 @@
 
 #include "render/foveation/auto.hpp"
 #include "render/foveation/full.hpp"
+#include "render/foveation/inset_outset.hpp"
 #include "render/foveation/method.hpp"
 #include "render/foveation/scaled_bins.hpp"
 
@@ -15,6 +16,7 @@ constexpr std::array kMethods{
                 &ScaledBins::create},
     MethodEntry{"scaled_bins_late", "the same, with the periphery drawn before the gaze is latched and only the fovea after it",
                 &ScaledBins::create_late},
+    MethodEntry{"inset_outset", "two wide and two narrow views, blended; the narrow ones follow the gaze (Arm)", &InsetOutset::create},
     MethodEntry{"auto", "scaled_bins where it pays, full where it does not, by what the frames cost", &Auto::create},
 };
 

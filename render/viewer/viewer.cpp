@@ -200,13 +200,18 @@ private:
         f.pixels_shaded = cost.pixels_shaded;
         f.pixels_full = cost.pixels_full;
         f.view_count = kEyes;
-        constexpr double kWholeView = 4;   // NDC: beyond every corner
         for (std::size_t i = 0; i < kEyes; ++i) {
             f.views[i] = views_[i];
-            const density::FocalPoint& p = focus_[i].points[0];
-            const bool full = method_->plan(i) == nullptr || cost.fell_back;
-            f.foveas[i] = {p.x_ndc, p.y_ndc, static_cast<float>(full ? kWholeView : std::min(density::full_radius_ndc(p, 0), kWholeView)),
-                           static_cast<float>(full ? kWholeView : std::min(density::full_radius_ndc(p, 1), kWholeView))};
+            foveation::Method::Region region;   // the whole view
+            if (method_->plan(i) != nullptr && !cost.fell_back) {
+                const density::FocalPoint& p = focus_[i].points[0];
+                region = {p.x_ndc, p.y_ndc, std::min(density::full_radius_ndc(p, 0), region.half_width_ndc),
+                          std::min(density::full_radius_ndc(p, 1), region.half_height_ndc)};
+            } else if (!cost.fell_back) {
+                region = method_->full_region(i);
+            }
+            f.foveas[i] = {static_cast<float>(region.x_ndc), static_cast<float>(region.y_ndc), static_cast<float>(region.half_width_ndc),
+                           static_cast<float>(region.half_height_ndc)};
         }
         f.latch = latch_;
         static_cast<void>(fovea_submit_frame(client_.get(), &f));   // a full or absent queue is counted by the library

@@ -137,6 +137,8 @@ BENCHMARK_CAPTURE(plan_update, moving_4, 4, true)->Name("Plan/64x64 bins/4 point
         benchmark::RegisterBenchmark(("Foveation/scaled_bins_late/fragbox/1024/gain " + std::to_string(gain)).c_str(), foveation_frame, "fragbox",
                                      "scaled_bins_late", 1024, static_cast<float>(gain))
             ->Iterations(7)->Unit(benchmark::kMillisecond)->UseRealTime();
+    benchmark::RegisterBenchmark("Foveation/inset_outset/fragbox/1024", foveation_frame, "fragbox", "inset_outset", 1024, 4.0f)
+        ->Iterations(7)->Unit(benchmark::kMillisecond)->UseRealTime();
     benchmark::RegisterBenchmark("Foveation/auto/vert/512/gain 4", foveation_frame, "vert", "auto", 512, 4.0f)
         ->Iterations(15)->Unit(benchmark::kMillisecond)->UseRealTime();
     return true;

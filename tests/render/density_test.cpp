@@ -8,6 +8,7 @@
 #include "protocol/sphere.hpp"
 #include "render/density/acuity.hpp"
 #include "render/density/fovea_size.hpp"
+#include "render/density/inset_outset.hpp"
 #include "render/density/plan.hpp"
 #include "tests/render/density_oracle.hpp"
 
@@ -186,6 +187,46 @@ TEST(Acuity, ValuesThatCannotBeGiveFullDensity) {
     for (const FocalPoint p : {acuity_focal_point({}, {}, 1000, 1000, {std::nan(""), 0}, 0), acuity_focal_point({}, {}, 1000, 1000, {0, 0}, std::nan("")),
                                acuity_focal_point({}, {1, -1, 1, -1}, 1000, 1000, {0, 0}, 0), acuity_focal_point({.mar_slope = 0}, {}, 1000, 1000, {0, 0}, 0)})
         EXPECT_EQ(p, FocalPoint{});
+}
+
+// Tables 2 to 4 of Arm's white paper, both eyes of 1024 x 1024; the paper counts with pi = 3.14.
+TEST(InsetOutset, FieldOfViewIsThatOfTheWhitePaper) {
+    constexpr double kDeg = 3.14159265358979323846 / 180;
+    EXPECT_NEAR(inset_fov_rad(90 * kDeg, 0.35) / kDeg, 38.580, 0.0005);
+    EXPECT_NEAR(inset_fov_rad(90 * kDeg, 1), 90 * kDeg, 1e-12);
+}
+
+TEST(InsetOutset, PixelsAreThoseOfTheWhitePapersTablesToThePixel) {
+    struct Row {
+        double view_px, ratio;
+        double unmasked, inset, outset, total, inset_256, outset_256, total_256;
+    };
+    for (const Row& r : {Row{716, 0.70, 2'050'624, 804'870, 630'926, 1'435'796, 102'892, 975'008, 1'077'899},
+                         Row{512, 0.50, 1'048'576, 411'566, 421'396, 832'963, 102'892, 498'565, 601'457},
+                         Row{366, 0.35, 535'824, 210'311, 242'149, 452'460, 102'892, 254'768, 357'659}}) {
+        EXPECT_EQ(4 * r.view_px * r.view_px, r.unmasked);
+        const MaskedPixels table3 = masked_pixels(r.view_px, r.view_px, r.view_px * r.ratio, 3.14);
+        EXPECT_NEAR(table3.inset, r.inset, 0.5);
+        EXPECT_NEAR(table3.outset, r.outset, 0.5);
+        EXPECT_NEAR(table3.total(), r.total, 0.5);
+        const MaskedPixels table4 = masked_pixels(r.view_px, 256, 256 * r.view_px / 1024, 3.14);
+        EXPECT_NEAR(table4.inset, r.inset_256, 0.5);
+        EXPECT_NEAR(table4.outset, r.outset_256, 0.5);
+        EXPECT_NEAR(table4.total(), r.total_256, 0.5);
+    }
+}
+
+TEST(InsetOutset, CountsPixelsInACircleByTheirCentres) {
+    const auto slowly = [](int w, int h, double x, double y, double r) {
+        std::uint64_t n = 0;
+        for (int j = 0; j < h; ++j)
+            for (int i = 0; i < w; ++i) n += std::hypot(i + 0.5 - x, j + 0.5 - y) < r;
+        return n;
+    };
+    for (const double x : {-3.0, 0.0, 10.3, 20.0, 44.7})
+        for (const double r : {0.0, 0.4, 3.3, 12.25, 80.1}) EXPECT_EQ(pixels_in_circle(40, 30, x, 14.6, r), slowly(40, 30, x, 14.6, r)) << x << " " << r;
+    EXPECT_EQ(pixels_in_circle(40, 30, std::nan(""), 0, 10), 0u);
+    EXPECT_EQ(pixels_in_circle(40, 30, 0, 0, std::nan("")), 0u);
 }
 
 }  // namespace

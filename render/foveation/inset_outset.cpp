@@ -1,0 +1,329 @@
+#include "render/foveation/inset_outset.hpp"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "render/density/inset_outset.hpp"
+#include "render/foveation/driver_traits.hpp"
+#include "render/foveation/full.hpp"
+
+namespace fovea::foveation {
+namespace {
+
+constexpr int kDiscCorners = 256;   // a polygon of so many corners lacks 1e-4 of the circle's area
+
+constexpr double kRim_px = 0.5;         // of the inset's circle, whose samples may be covered in part
+constexpr double kFilterReach = 1.42;   // texels, bilinear, along the diagonal
+constexpr double kContrastReach = 2.13; // texels, 1.5 along the diagonal
+
+constexpr std::string_view kDiscVertex = R"(#version 310 es
+layout(location = 0) uniform vec4 disc;    // middle and radii, NDC
+layout(location = 1) uniform float depth;
+void main() {
+    float a = float(gl_VertexID - 1) * (6.28318530718 / 256.0);
+    vec2 p = gl_VertexID == 0 ? vec2(0.0) : vec2(cos(a), sin(a));
+    gl_Position = vec4(disc.xy + disc.zw * p, depth, 1.0);
+})";
+constexpr std::string_view kDiscFragment = "#version 310 es\nprecision mediump float;\nvoid main() {}\n";
+
+// A rectangle of the picture, pixels.
+constexpr std::string_view kComposeVertex = R"(#version 310 es
+layout(location = 0) uniform vec4 rect;    // x0 y0 x1 y1
+layout(location = 1) uniform vec2 size;    // of the picture
+out highp vec2 px;
+void main() {
+    px = vec2((gl_VertexID & 1) == 0 ? rect.x : rect.z, (gl_VertexID & 2) == 0 ? rect.y : rect.w);
+    gl_Position = vec4(px / size * 2.0 - 1.0, 0.0, 1.0);
+})";
+
+constexpr std::string_view kComposeHead = R"(#version 310 es
+precision highp float;
+layout(location = 1) uniform vec2 size;
+layout(binding = 0) uniform highp sampler2D outset;
+layout(binding = 1) uniform highp sampler2D inset;
+in highp vec2 px;
+layout(location = 0) out vec4 color;
+)";
+
+// What enlarging took from the contrast is put back: the difference to the neighbourhood, amplified.
+constexpr std::string_view kContrast = R"(
+layout(location = 2) uniform float contrast;
+vec4 far_color(vec2 uv) {
+    vec4 c = texture(outset, uv);
+    vec2 d = 1.5 / vec2(textureSize(outset, 0));
+    vec4 around = texture(outset, uv + vec2(d.x, d.y)) + texture(outset, uv + vec2(-d.x, d.y)) +
+                  texture(outset, uv + vec2(d.x, -d.y)) + texture(outset, uv + vec2(-d.x, -d.y));
+    return vec4(clamp(c.rgb + contrast * (c.rgb - 0.25 * around.rgb), 0.0, 1.0), c.a);
+}
+)";
+constexpr std::string_view kNoContrast = "vec4 far_color(vec2 uv) { return texture(outset, uv); }\n";
+
+constexpr std::string_view kFar = "void main() { color = far_color(px / size); }\n";
+constexpr std::string_view kNear = R"(
+layout(location = 3) uniform vec4 circle;   // middle of the inset, its radius, width of the blend; pixels
+layout(location = 4) uniform vec2 image;    // lower left of the inset's image; one texel is one pixel
+void main() {
+    float near = 1.0 - smoothstep(circle.z - circle.w, circle.z, distance(px, circle.xy));
+    color = mix(far_color(px / size), texelFetch(inset, ivec2(px - image), 0), near);
+}
+)";
+
+}  // namespace
+
+Result<std::unique_ptr<Method>> InsetOutset::create(const MethodSettings& settings) {
+    const InsetOutsetSettings& s = settings.inset_outset;
+    const auto bad = [](const char* what, const char* way_out) { return fail(what, "inset_outset", way_out); };
+    if (!(s.ratio > 0 && s.ratio <= 1)) return bad("the ratio is outside (0, 1]", "0.35 to 0.7 are usual");
+    if (s.inset_px < 0 || !(s.blend_px >= 0) || !(s.contrast >= 0 && s.contrast <= 4) || s.samples < 0 || !(s.hidden_radius >= 0))
+        return bad("a setting is negative or no number", "see InsetOutsetSettings");
+    std::unique_ptr<InsetOutset> m(new InsetOutset(settings));
+    const std::string head = std::string(kComposeHead) + std::string(s.contrast > 0 ? kContrast : kNoContrast);
+    struct Wanted {
+        gl::Program* program;
+        const char* name;
+        std::string_view vertex;
+        std::string fragment;
+    };
+    for (const Wanted& w : {Wanted{&m->disc_, "mask disc", kDiscVertex, std::string(kDiscFragment)},
+                            Wanted{&m->far_, "compose outset", kComposeVertex, head + std::string(kFar)},
+                            Wanted{&m->near_, "compose inset", kComposeVertex, head + std::string(kNear)}}) {
+        auto p = gl::build_program(w.name, w.vertex, w.fragment);
+        if (!p) return std::unexpected(p.error());
+        *w.program = *std::move(p);
+    }
+    m->arrays_ = gl::create_vertex_array();
+    m->depth_mask_ = settings.mask == Mask::depth || (settings.mask == Mask::automatic && driver_traits().depth_mask);
+    return std::unique_ptr<Method>(std::move(m));
+}
+
+Result<InsetOutset::Image> InsetOutset::make_image(int width, int height) const {
+    GLint most = 0;
+    glGetIntegerv(GL_MAX_SAMPLES, &most);
+    const int samples = std::min(settings_.inset_outset.samples, static_cast<int>(most));
+    Image image;
+    auto drawn = gl::RenderTarget::create({.width_px = width, .height_px = height, .format = settings_.format, .samples = samples});
+    if (!drawn) return std::unexpected(drawn.error());
+    image.drawn = *std::move(drawn);
+    if (samples > 1) {
+        auto resolved = gl::RenderTarget::create({.width_px = width, .height_px = height, .format = settings_.format, .depth_stencil = false});
+        if (!resolved) return std::unexpected(resolved.error());
+        image.resolved = *std::move(resolved);
+    }
+    return image;
+}
+
+Result<void> InsetOutset::prepare(std::span<const ViewTarget> targets) {
+    if (std::equal(targets.begin(), targets.end(), prepared_.begin(), prepared_.end())) return {};
+    prepared_.clear();
+    views_.clear();
+    const InsetOutsetSettings& s = settings_.inset_outset;
+    std::vector<View> views;
+    for (const ViewTarget& t : targets) {
+        const auto scaled = [&](int px) { return std::max(1, static_cast<int>(std::lround(px * s.ratio))); };
+        const int side = std::min({s.inset_px > 0 ? s.inset_px : std::max(scaled(t.width_px), scaled(t.height_px)), t.width_px, t.height_px});
+        View v;
+        auto outset = make_image(scaled(t.width_px), scaled(t.height_px));
+        if (!outset) return std::unexpected(outset.error());
+        auto inset = make_image(side, side);
+        if (!inset) return std::unexpected(inset.error());
+        v.outset = *std::move(outset);
+        v.inset = *std::move(inset);
+        views.push_back(std::move(v));
+    }
+    views_ = std::move(views);
+    prepared_.assign(targets.begin(), targets.end());
+    return {};
+}
+
+Method::Region InsetOutset::full_region(std::size_t view) const noexcept { return view < views_.size() ? views_[view].region : Region{}; }
+
+void InsetOutset::place(View& v, const ViewTarget& t, const ViewFocus& focus) const noexcept {
+    const density::FocalPoint p = focus.count > 0 ? focus.points[0] : density::FocalPoint{};
+    const auto clamped = [](float ndc) { return std::isnan(ndc) ? 0.0 : std::clamp(static_cast<double>(ndc), -1.0, 1.0); };
+    const int side = v.inset.drawn.width();
+    // On whole pixels, so that the inset's pixels are the picture's.
+    v.left_px = static_cast<int>(std::lround((clamped(p.x_ndc) + 1) / 2 * t.width_px - side / 2.0));
+    v.bottom_px = static_cast<int>(std::lround((clamped(p.y_ndc) + 1) / 2 * t.height_px - side / 2.0));
+    v.x_px = v.left_px + side / 2.0;
+    v.y_px = v.bottom_px + side / 2.0;
+    const double sharp = std::max(0.0, side / 2.0 - kRim_px - settings_.inset_outset.blend_px);   // nothing of the outset is mixed in
+    v.region = {2 * v.x_px / t.width_px - 1, 2 * v.y_px / t.height_px - 1, 2 * sharp / t.width_px, 2 * sharp / t.height_px};
+}
+
+// closed: everything is masked until a disc opens it.
+void InsetOutset::begin_image(const gl::RenderTarget& target, const gl::Clear& clear, bool closed) const noexcept {
+    glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer());
+    glViewport(0, 0, target.width(), target.height());
+    glDepthMask(GL_TRUE);
+    glStencilMask(0xff);
+    glClearColor(clear.color[0], clear.color[1], clear.color[2], clear.color[3]);
+    glClearDepthf(depth_mask_ && closed ? 0.0f : clear.depth);
+    glClearStencil(closed ? 1 : 0);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
+}
+
+void InsetOutset::mask_disc(const gl::RenderTarget& target, double x, double y, double rx, double ry, bool open) const noexcept {
+    glUseProgram(disc_.name());
+    glBindVertexArray(arrays_.name());
+    glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    glDisable(GL_CULL_FACE);
+    if (depth_mask_) {
+        glEnable(GL_DEPTH_TEST);
+        glDepthFunc(GL_ALWAYS);
+        glDisable(GL_STENCIL_TEST);
+    } else {
+        glDisable(GL_DEPTH_TEST);
+        glEnable(GL_STENCIL_TEST);
+        glStencilFunc(GL_ALWAYS, open ? 0 : 1, 0xff);
+        glStencilOp(GL_REPLACE, GL_REPLACE, GL_REPLACE);
+    }
+    const double w = target.width(), h = target.height();
+    glUniform4f(0, static_cast<float>(2 * x / w - 1), static_cast<float>(2 * y / h - 1), static_cast<float>(2 * rx / w), static_cast<float>(2 * ry / h));
+    glUniform1f(1, open ? 1.0f : -1.0f);
+    glDrawArrays(GL_TRIANGLE_FAN, 0, kDiscCorners + 2);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+}
+
+void InsetOutset::end_mask() const noexcept {
+    if (depth_mask_) return;
+    glEnable(GL_STENCIL_TEST);
+    glStencilFunc(GL_EQUAL, 0, 0xff);
+    glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+}
+
+void InsetOutset::resolve_samples(const Image& image) const noexcept {
+    if (image.resolved.framebuffer() == 0) return;
+    glDisable(GL_SCISSOR_TEST);
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, image.drawn.framebuffer());
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, image.resolved.framebuffer());
+    glBlitFramebuffer(0, 0, image.drawn.width(), image.drawn.height(), 0, 0, image.drawn.width(), image.drawn.height(), GL_COLOR_BUFFER_BIT, GL_NEAREST);
+}
+
+void InsetOutset::draw_outset(View& v, std::uint32_t index, const ViewTarget& t, const gl::CommandList& draws, FrameCost& cost) noexcept {
+    const InsetOutsetSettings& s = settings_.inset_outset;
+    const gl::RenderTarget& target = v.outset.drawn;
+    const int w = target.width(), h = target.height();
+    const double kx = static_cast<double>(w) / t.width_px, ky = static_cast<double>(h) / t.height_px;
+    glDisable(GL_SCISSOR_TEST);
+    glDisable(GL_STENCIL_TEST);
+    const bool hidden = s.masks && s.hidden_radius > 0;
+    begin_image(target, draws.clear(), hidden);
+    std::uint64_t texels = static_cast<std::uint64_t>(w) * static_cast<std::uint64_t>(h);
+    if (s.masks) {
+        if (hidden) {
+            mask_disc(target, w / 2.0, h / 2.0, s.hidden_radius * w / 2, s.hidden_radius * h / 2, true);
+            if (w == h) texels = density::pixels_in_circle(w, h, w / 2.0, h / 2.0, s.hidden_radius * w / 2);
+        }
+        // The hole ends where the blend begins, and before that as far as the filters reach.
+        const double reach = kFilterReach + (s.contrast > 0 ? kContrastReach : 0);
+        const double hole = std::max(0.0, (v.inset.drawn.width() / 2.0 - kRim_px - s.blend_px) * std::min(kx, ky) - reach);
+        if (hole > 0) {
+            mask_disc(target, v.x_px * kx, v.y_px * ky, hole, hole, false);
+            texels -= std::min(texels, density::pixels_in_circle(w, h, v.x_px * kx, v.y_px * ky, hole));
+        }
+        end_mask();
+    }
+    cost.draws += static_cast<std::uint32_t>(draws.submit({.view = index, .count_fragments = counter_.enabled()}));
+    ++cost.submissions;
+    cost.pixels_shaded += texels;
+    resolve_samples(v.outset);
+}
+
+void InsetOutset::draw_inset(View& v, std::uint32_t index, const ViewTarget& t, const gl::CommandList& draws, FrameCost& cost) noexcept {
+    const gl::RenderTarget& target = v.inset.drawn;
+    const int side = target.width();
+    glDisable(GL_STENCIL_TEST);
+    // The part of the image that lies inside the view.
+    const int x0 = std::max(0, -v.left_px), y0 = std::max(0, -v.bottom_px);
+    const int x1 = std::min(side, t.width_px - v.left_px), y1 = std::min(side, t.height_px - v.bottom_px);
+    if (x0 >= x1 || y0 >= y1) return;
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(x0, y0, x1 - x0, y1 - y0);
+    const bool masks = settings_.inset_outset.masks;
+    begin_image(target, draws.clear(), masks);
+    std::uint64_t texels = static_cast<std::uint64_t>(x1 - x0) * static_cast<std::uint64_t>(y1 - y0);
+    if (masks) {
+        mask_disc(target, side / 2.0, side / 2.0, side / 2.0, side / 2.0, true);
+        end_mask();
+        texels = density::pixels_in_circle(x1 - x0, y1 - y0, side / 2.0 - x0, side / 2.0 - y0, side / 2.0);
+    }
+    const double sx = static_cast<double>(t.width_px) / side, sy = static_cast<double>(t.height_px) / side;
+    const double cx = 2 * v.x_px / t.width_px - 1, cy = 2 * v.y_px / t.height_px - 1;
+    const gl::Box box{static_cast<float>(cx - 1 / sx), static_cast<float>(cy - 1 / sy), static_cast<float>(cx + 1 / sx), static_cast<float>(cy + 1 / sy)};
+    cost.draws += static_cast<std::uint32_t>(
+        draws.submit({.view = index,
+                      .crop = {static_cast<float>(sx), static_cast<float>(sy), static_cast<float>(-cx * sx), static_cast<float>(-cy * sy)},
+                      .only_in = {&box, 1},
+                      .count_fragments = counter_.enabled()}));
+    ++cost.submissions;
+    cost.pixels_shaded += texels;
+    resolve_samples(v.inset);
+}
+
+void InsetOutset::compose(const View& v, const ViewTarget& t) noexcept {
+    const InsetOutsetSettings& s = settings_.inset_outset;
+    const float w = static_cast<float>(t.width_px), h = static_cast<float>(t.height_px);
+    const float side = static_cast<float>(v.inset.drawn.width());
+    glBindFramebuffer(GL_FRAMEBUFFER, t.framebuffer);
+    glViewport(t.x_px, t.y_px, t.width_px, t.height_px);
+    glDisable(GL_SCISSOR_TEST);
+    glDisable(GL_STENCIL_TEST);
+    glDisable(GL_DEPTH_TEST);
+    glDisable(GL_CULL_FACE);
+    glDisable(GL_BLEND);
+    glBindVertexArray(arrays_.name());
+    glActiveTexture(GL_TEXTURE1);
+    glBindTexture(GL_TEXTURE_2D, v.inset.texture());
+    glActiveTexture(GL_TEXTURE0);
+    glBindTexture(GL_TEXTURE_2D, v.outset.texture());
+    // The inset's square, inside the picture, and the four rectangles around it.
+    const float x0 = std::max(0.0f, static_cast<float>(v.left_px)), y0 = std::max(0.0f, static_cast<float>(v.bottom_px));
+    const float x1 = std::min(w, static_cast<float>(v.left_px) + side), y1 = std::min(h, static_cast<float>(v.bottom_px) + side);
+    const auto rectangle = [](float left, float bottom, float right, float top) {
+        if (!(left < right && bottom < top)) return;
+        glUniform4f(0, left, bottom, right, top);
+        glDrawArrays(GL_TRIANGLE_STRIP, 0, 4);
+    };
+    for (const gl::Program* p : {&far_, &near_}) {
+        glUseProgram(p->name());
+        glUniform2f(1, w, h);
+        if (s.contrast > 0) glUniform1f(2, static_cast<float>(s.contrast));
+        if (p == &far_) {
+            rectangle(0, 0, w, y0);
+            rectangle(0, y1, w, h);
+            rectangle(0, y0, x0, y1);
+            rectangle(x1, y0, w, y1);
+        } else {
+            glUniform4f(3, static_cast<float>(v.x_px), static_cast<float>(v.y_px), side / 2 - static_cast<float>(kRim_px),
+                        static_cast<float>(std::max(s.blend_px, 1e-3)));
+            glUniform2f(4, static_cast<float>(v.left_px), static_cast<float>(v.bottom_px));
+            rectangle(x0, y0, x1, y1);
+        }
+    }
+}
+
+FrameCost InsetOutset::submit(const gl::CommandList& draws, std::span<const ViewTarget> targets,
+                              std::span<const ViewFocus> focus) noexcept {
+    FrameCost cost;
+    counter_.begin();
+    const bool ready = std::equal(targets.begin(), targets.end(), prepared_.begin(), prepared_.end());
+    for (std::size_t i = 0; i < targets.size(); ++i) {
+        const auto index = static_cast<std::uint32_t>(i);
+        if (!ready || draws.empty()) {
+            submit_full_view(draws, index, targets[i], counter_.enabled(), cost);
+            cost.fell_back = cost.fell_back || (!ready && !draws.empty());
+            continue;
+        }
+        cost.pixels_full += static_cast<std::uint64_t>(targets[i].width_px) * static_cast<std::uint64_t>(targets[i].height_px);
+        place(views_[i], targets[i], focus[i]);
+        draw_outset(views_[i], index, targets[i], draws, cost);
+        draw_inset(views_[i], index, targets[i], draws, cost);
+    }
+    for (std::size_t i = 0; ready && !draws.empty() && i < targets.size(); ++i) compose(views_[i], targets[i]);
+    return cost;
+}
+
+}  // namespace fovea::foveation

@@ -1,0 +1,68 @@
+// `inset_outset`: two wide and two narrow views, composed into the picture (Arm).
+//
+//   wide (outset), ratio of the pixels     narrow (inset), 1:1 with the picture      composed
+//   +-----------+                            .---.                                    +-----------+
+//   |    __     |  hole: what the inset     /     \  circle: what is used of it       |   (##)    |  smoothstep between
+//   |   (  )    |  covers is not shaded     \     /  follows the gaze by translation  |           |  them over blend_px
+//   +-----------+                            '---'   of the projection                +-----------+
+//
+// Source: Arm white paper 2017: FOV_inset = 2 atan(tan(FOV / 2) ratio), masks, blending, contrast. Defaults: ratio 0.5 (the
+// paper's suggestion for quality), blend 100 px (the paper's).
+// The inset is drawn through an offset projection: its pixels equal a full render's up to the rounding of interpolation,
+// so exact_fovea() is false.
+// Cost: two submissions a view. MSAA on all four views; the driver's maximum limits it.
+#pragma once
+
+#include <vector>
+
+#include "render/foveation/fragment_counter.hpp"
+#include "render/foveation/method.hpp"
+
+namespace fovea::foveation {
+
+class InsetOutset final : public Method {
+public:
+    [[nodiscard]] static Result<std::unique_ptr<Method>> create(const MethodSettings& settings);
+    [[nodiscard]] std::string_view name() const noexcept override { return "inset_outset"; }
+    [[nodiscard]] bool exact_fovea() const noexcept override { return false; }
+    [[nodiscard]] Result<void> prepare(std::span<const ViewTarget> targets) override;
+    FrameCost submit(const gl::CommandList& draws, std::span<const ViewTarget> targets,
+                     std::span<const ViewFocus> focus) noexcept override;
+    [[nodiscard]] const density::Plan* plan(std::size_t) const noexcept override { return nullptr; }
+    [[nodiscard]] Region full_region(std::size_t view) const noexcept override;
+    [[nodiscard]] std::uint64_t counted_fragments() override { return counter_.read(); }
+
+private:
+    struct Image {
+        gl::RenderTarget drawn;      // multisampled if asked for
+        gl::RenderTarget resolved;   // single-sampled copy; empty without MSAA
+        [[nodiscard]] gl::Name texture() const noexcept { return resolved.framebuffer() != 0 ? resolved.color_texture() : drawn.color_texture(); }
+    };
+    struct View {
+        Image outset, inset;
+        double x_px = 0, y_px = 0;       // the inset's middle, whole-picture pixels
+        int left_px = 0, bottom_px = 0;  // of the inset's image in the picture; may be negative
+        Region region;
+    };
+
+    explicit InsetOutset(const MethodSettings& settings) : settings_(settings), counter_(settings.count_fragments) {}
+    [[nodiscard]] Result<Image> make_image(int width_px, int height_px) const;
+    void place(View& view, const ViewTarget& target, const ViewFocus& focus) const noexcept;
+    void begin_image(const gl::RenderTarget& target, const gl::Clear& clear, bool closed) const noexcept;
+    void mask_disc(const gl::RenderTarget& target, double x_px, double y_px, double rx_px, double ry_px, bool open) const noexcept;
+    void end_mask() const noexcept;
+    void resolve_samples(const Image& image) const noexcept;
+    void draw_outset(View& view, std::uint32_t index, const ViewTarget& t, const gl::CommandList& draws, FrameCost& cost) noexcept;
+    void draw_inset(View& view, std::uint32_t index, const ViewTarget& t, const gl::CommandList& draws, FrameCost& cost) noexcept;
+    void compose(const View& view, const ViewTarget& target) noexcept;
+
+    MethodSettings settings_;
+    FragmentCounter counter_;
+    bool depth_mask_ = false;
+    gl::Program disc_, far_, near_;
+    gl::VertexArray arrays_;
+    std::vector<ViewTarget> prepared_;
+    std::vector<View> views_;
+};
+
+}  // namespace fovea::foveation
