@@ -26,6 +26,7 @@ void Context::made_current() {
                 native_.framebuffer_foveated |= extension == "GL_QCOM_framebuffer_foveated";
                 native_.texture_foveated |= extension == "GL_QCOM_texture_foveated";
                 native_.frame_extrapolation |= extension == "GL_QCOM_frame_extrapolation";
+                buffer_storage_ |= extension == "GL_EXT_buffer_storage";
                 float_viewport_ |= extension == "GL_OES_viewport_array" && gl.ViewportIndexedfOES;
             }
             const char* reading = std::getenv("FOVEA_LAYER_READING");

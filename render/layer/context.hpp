@@ -144,6 +144,11 @@ public:
     // is put off. False: delete it now.
     [[nodiscard]] bool put_off_deletion(GLuint program);
 
+    // Uploads: a buffer of the layer that holds a part of the program's as it is now, until the next submission is over.
+    [[nodiscard]] bool has_draws() const noexcept { return batch_.drew; }
+    [[nodiscard]] GLuint keep_buffer(GLuint buffer, GLintptr offset, GLsizeiptr size);
+    [[nodiscard]] bool buffer_storage() const noexcept { return buffer_storage_; }
+
     // Queries and transform feedback.
     void begin_query(GLenum target, Call call);
     void end_query(GLenum target, Call call);
@@ -172,6 +177,7 @@ private:
     void levels_to_native(Pass& pass);
     [[nodiscard]] Targets* targets_for(const TargetShape& shape, Pass& pass);
     void save_for_own_drawing(Undo& own) const;
+    void drop_kept_buffers();
     void set_for_own_drawing() const;
     [[nodiscard]] static ProgramFacts ask_program(GLuint program, GLint version);
 
@@ -179,7 +185,7 @@ private:
     bool active_ = false;
     GLint version_ = 0;  // 30, 31, 32
     NativeExtensions native_;
-    bool float_viewport_ = false;
+    bool float_viewport_ = false, buffer_storage_ = false;
     density::Reading reading_ = density::Reading::area;
     GLenum error_ = GL_NO_ERROR;
 
@@ -208,7 +214,7 @@ private:
     std::uint64_t use_ = 0;
     OwnDrawing own_;
     std::uint64_t frame_ = 1;
-    std::vector<GLuint> deletions_;
+    std::vector<GLuint> deletions_, kept_buffers_;
     std::unordered_map<GLuint, ProgramFacts> facts_;
 };
 

@@ -65,6 +65,7 @@ void Context::submit(Call call) {
     while (gl.GetError() != GL_NO_ERROR) {}  // the program has had those of its own calls already
     log_.clear();
     undo_.clear();
+    drop_kept_buffers();
 }
 
 bool Context::continues(const Pass& pass) const {

@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <utility>
 #include <vector>
 
 #include "layer_gl.hpp"
@@ -67,6 +68,7 @@ public:
     void attrib(GLuint index, A...) { save_attrib(index); }
     template <class... A>
     void generic_attrib(GLuint index, A...) { if (first(kGeneric, index)) save_generic_attrib(index); }
+    void custom(std::function<void()> piece) { pieces_.push_back(std::move(piece)); }
     void viewport() { if (first(kViewport)) save_viewport(); }
     void scissor() { if (first(kScissor)) save_scissor(); }
     void stencil() { if (first(kStencil)) save_stencil(); }

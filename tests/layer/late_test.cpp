@@ -191,7 +191,7 @@ TEST_F(Late, StateIsWhatTheProgramSetAfterASubmission) {
     EXPECT_EQ(read(s).at(1, 1), kRed);
 }
 
-TEST_F(Late, BufferUploadsBetweenDrawsKeepEachDrawsData) {
+TEST_F(Late, BufferUploadsBetweenDrawsKeepEachDrawsDataAndStayLate) {
     const Surface s = foveated();
     glUseProgram(attribute_program());
     GLuint buffers[2];
@@ -202,14 +202,52 @@ TEST_F(Late, BufferUploadsBetweenDrawsKeepEachDrawsData) {
     glEnableVertexAttribArray(0);
     glVertexAttrib4f(1, 1, 0, 0, 1);
     glDrawArrays(GL_TRIANGLES, 0, 3);
-    const float corner[6] = {-1, -1, 0, -1, -1, 0};
+    const float corner[6] = {-1, -1, 0, -1, -1, 0}, other[8] = {1, 1, 0, 1, 1, 0, 9, 9};
     glBufferSubData(GL_ARRAY_BUFFER, 0, sizeof corner, corner);
     glVertexAttrib4f(1, 0, 1, 0, 1);
     glDrawArrays(GL_TRIANGLES, 0, 3);
+    glBufferData(GL_ARRAY_BUFFER, sizeof other, other, GL_DYNAMIC_DRAW);  // another size
+    glVertexAttrib4f(1, 0, 0, 1, 1);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    focus(s, 0.9f, 0.9f, 8);  // after all of them
     const Picture p = read(s);
     EXPECT_EQ(p.at(2, 2), kGreen);
     EXPECT_EQ(p.at(128, 128), kRed);
-    EXPECT_EQ(p.at(254, 254), kRed);
+    EXPECT_EQ(p.at(3, 252), kRed);
+    EXPECT_EQ(p.at(254, 254), kBlue);
+    GLint size = 0, usage = 0;
+    glGetBufferParameteriv(GL_ARRAY_BUFFER, GL_BUFFER_SIZE, &size);
+    glGetBufferParameteriv(GL_ARRAY_BUFFER, GL_BUFFER_USAGE, &usage);
+    EXPECT_EQ(size, 32);
+    EXPECT_EQ(usage, GL_DYNAMIC_DRAW);
+    const auto* now = static_cast<const float*>(glMapBufferRange(GL_ARRAY_BUFFER, 0, 32, GL_MAP_READ_BIT));
+    ASSERT_NE(now, nullptr);
+    EXPECT_EQ(now[6], 9.0f);
+    glUnmapBuffer(GL_ARRAY_BUFFER);
+    EXPECT_GL(GL_NO_ERROR);
+}
+
+TEST_F(Late, UniformBuffersUpdatedPerDrawStayLate) {
+    const Surface s = foveated();
+    const GLuint p = program("#version 300 es\nlayout(std140) uniform Place { vec4 place; vec4 tint; }; out vec4 v;\n"
+                             "void main() { vec2 q = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1)); v = tint; gl_Position = vec4(place.xy + q * place.z, 0, 1); }",
+                             "#version 300 es\nprecision highp float; in vec4 v; out vec4 c; void main() { c = v; }");
+    GLuint buffer = 0;
+    glGenBuffers(1, &buffer);
+    glBindBufferBase(GL_UNIFORM_BUFFER, 0, buffer);
+    glBufferData(GL_UNIFORM_BUFFER, 32, nullptr, GL_DYNAMIC_DRAW);
+    glUseProgram(p);
+    const GLfloat values[3][8] = {{-1, -1, 1, 0, 1, 0, 0, 1}, {0, -1, 1, 0, 0, 1, 0, 1}, {-1, 0, 1, 0, 0, 0, 1, 1}};
+    for (const auto& v : values) {
+        glBufferSubData(GL_UNIFORM_BUFFER, 0, 32, v);
+        glDrawArrays(GL_TRIANGLES, 0, 3);
+    }
+    glBufferSubData(GL_UNIFORM_BUFFER, 16, 32, values);  // beyond the end
+    EXPECT_GL(GL_INVALID_VALUE);
+    const Picture picture = read(s);
+    EXPECT_EQ(picture.at(1, 1), kRed);
+    EXPECT_EQ(picture.at(130, 1), kGreen);
+    EXPECT_EQ(picture.at(1, 130), kBlue);
 }
 
 TEST_F(Late, DepthOfAPassSurvivesAFlushInside) {
