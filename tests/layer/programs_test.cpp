@@ -109,6 +109,26 @@ TEST(LayerPrograms, CountersSayWhatWasLate) {
     std::remove(errors.c_str());
 }
 
+TEST(LayerPrograms, LatenessThatIsLostIsCountedByTheCallThatTookIt) {
+    const std::string errors = temporary("lost");
+    const Ran ran = shell(kLayer + "--stats -- " + kBin + "/layer_frames_program 10 map", errors);
+    ASSERT_EQ(ran.exit_code, 0);
+    const auto counters = nlohmann::json::parse(file_text(errors));
+    EXPECT_EQ(counters["submitted_by"]["glMapBufferRange"], 10);
+    EXPECT_EQ(counters["lateness_lost_by"]["glMapBufferRange"], 10);
+    EXPECT_EQ(counters["lateness_lost_by"].size(), 1u);
+    std::remove(errors.c_str());
+}
+
+TEST(LayerPrograms, ASecondDriverGivesTheSameAnswers) {
+    for (const char* program : {"/layer_framebuffer_examples", "/layer_texture_examples"}) {
+        const Ran llvmpipe = shell(kLayer + "-- " + kBin + program);
+        const Ran softpipe = shell("GALLIUM_DRIVER=softpipe " + kLayer + "-- " + kBin + program);
+        EXPECT_EQ(softpipe.exit_code, 0);
+        EXPECT_EQ(softpipe.out, llvmpipe.out);
+    }
+}
+
 TEST(LayerPrograms, ExitCodeAndSignalsAreTheProgramsOwn) {
     EXPECT_EQ(shell(kLayer + "-- sh -c 'exit 7'").exit_code, 7);
     EXPECT_EQ(shell(kLayer + "-- sh -c 'kill -9 $$'").exit_code, 137);
