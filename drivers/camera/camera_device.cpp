@@ -129,6 +129,7 @@ public:
 
     void close() noexcept override {
         for (auto& c : cameras_) {
+            if (!c.stream.is_open()) continue;
             c.before.dropped += c.stream.counters().dropped;
             c.before.broken += c.stream.counters().broken;
             c.stream.close();

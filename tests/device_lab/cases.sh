@@ -25,7 +25,7 @@ end() { # end PID: the emulated device is pulled out and its log is complete
     await 5 gone
 }
 usb_there() { grep -qs "$1" /sys/bus/usb/devices/*/idProduct; }
-gone() { ! ls /dev/hidraw* && ! grep -sE "0cde|e7e3" /sys/bus/usb/devices/*/idProduct; }
+gone() { ! ls /dev/hidraw* && ! ls /dev/video* && ! grep -sE "0cde|e7e3|e7e4" /sys/bus/usb/devices/*/idProduct; }
 field() { grep -o "$2=[^ ]*" <<<"$1" | head -1 | cut -d= -f2; }
 wanted() { [ ${#cases[@]} -eq 0 ] || [[ " ${cases[*]} " == *" $1 "* ]]; }
 cases=("$@")
@@ -165,6 +165,58 @@ case_sample() {
     watch_to_recording /run/lab/watch.csv /run/lab/watch_recording.csv
     result=$(${lab}probe compare /run/lab/truth.csv /run/lab/watch_recording.csv --least 120 --tolerance-us 100 --tolerance-mdeg 10)
     check $? "sample: the driver to copy works: values and times are the recording's ($result)"
+}
+
+case_camera() {
+    step "camera: UVC"
+    modprobe -a vhci-hcd uvcvideo || { bad "camera: modules"; return; }
+    ${lab}uvc_camera --rate 5 --recording $recording --truth /run/lab/truth.csv >/run/lab/camera.log &
+    local camera=$! result
+    await 60 ls /dev/video0 || { bad "camera: video node appears"; return; }
+    udevadm settle --timeout=10
+    "$LAB_BIN/fovea" devices camera >/run/lab/list.txt
+    grep -q "offers GREY" /run/lab/list.txt
+    check $? "camera: listed with its formats ($(head -1 /run/lab/list.txt))"
+    "$LAB_BIN/fovea" devices camera --watch --count 60 --patience 15 --set preset=fast >/run/lab/watch.csv
+    check $? "camera: 60 frames from uvcvideo ($(tail -1 /run/lab/watch.csv))"
+    watch_to_recording /run/lab/watch.csv /run/lab/watch_recording.csv
+    result=$(${lab}probe nearest /run/lab/truth.csv /run/lab/watch_recording.csv --least 50 --tolerance-mdeg 300)
+    check $? "camera: the gaze is that of the pictures, in turn ($result)"
+    chmod 000 /dev/video0
+    setpriv --reuid 65534 --regid 65534 --clear-groups "$LAB_BIN/fovea" devices camera --watch --set path=/dev/video0 >/run/lab/denied.txt 2>&1
+    grep -q "you may not open" /run/lab/denied.txt
+    check $? "camera: permission denied is told"
+    "$LAB_BIN/fovea" devices camera --watch --count 1000 >/run/lab/watch.csv &
+    local first=$!
+    sleep 4
+    "$LAB_BIN/fovea" devices camera --watch --set path=/dev/video0 >/run/lab/busy.txt 2>&1
+    grep -q "another program holds" /run/lab/busy.txt
+    check $? "camera: busy is told"
+    kill $first
+    wait $first
+    end $camera
+    ${lab}uvc_camera --rate 30 --cycles 3 --frames 20 --recording $recording >/run/lab/camera.log &
+    camera=$!
+    result=$(${lab}probe watch camera --losses 3 --seconds 60)
+    check $? "camera: 3 unplugs in mid-stream are 3 losses ($(grep ^watch <<<"$result" | head -1))"
+    end $camera
+
+    step "camera: vivid"
+    modprobe vivid n_devs=2 node_types=0x1,0x1 input_types=0x0,0x0 || { bad "camera: vivid"; return; }
+    await 10 ls /dev/video1
+    sleep 1
+    local format
+    for format in GREY Y16 YUYV; do
+        result=$(${lab}probe watch camera --count 15 --seconds 30 --set format=$format --set2 path=/dev/video0 --set3 width=320)
+        check $? "camera: vivid in $format ($(grep ^watch <<<"$result" | head -1))"
+    done
+    result=$(${lab}probe watch camera --count 30 --seconds 30 --set path=/dev/video0 --set2 right_path=/dev/video1 --set3 format=GREY)
+    check $? "camera: two cameras at once ($(grep ^watch <<<"$result" | head -1))"
+    (sleep 4; echo vivid.0 >/sys/bus/platform/drivers/vivid/unbind) &
+    result=$(${lab}probe watch camera --losses 1 --seconds 30 --set path=/dev/video0 --set2 format=GREY)
+    check $? "camera: a driver that goes away in mid-stream is a loss ($(grep ^watch <<<"$result" | head -1))"
+    wait
+    rmmod vivid 2>/dev/null
 }
 
 case_life() {

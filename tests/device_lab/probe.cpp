@@ -2,8 +2,8 @@
 //   probe watch DRIVER [--set k=v ...]   a device from the table, reopened when lost; counts, leaks, latencies
 //   probe floor-hid NODE --count N       the bare read loop on the same kind of device
 //   probe floor-usb --count N            a bare bulk or interrupt read loop on the headset's gaze endpoint
-//   probe floor-camera NODE --count N    a bare dequeue loop
 //   probe session TRUTH SESSION          the same for the published models (filter none); and the latency to publishing
+//   probe nearest TRUTH RECORDING        for cameras: each valid sample is one of the pictures shown, and they come in turn
 //   probe compare TRUTH RECORDING        every sample of the recording against what the device sent
 // Latencies are for devices that stamp the monotonic clock: from the hand-over to the kernel.
 #include <algorithm>
@@ -205,6 +205,43 @@ int compare(const std::string& truth_file, const std::string& recording_file, in
     return matched >= args.number("--least", 1) && missing == 0 && strangers == 0 && wrong == 0 ? 0 : 1;
 }
 
+int nearest(const std::string& truth_file, const std::string& recording_file, int argc, char** argv) {
+    const Arguments args(argc, argv, {"--tolerance-mdeg", "--least"});
+    const auto truth = replay::load_recording(truth_file), seen = replay::load_recording(recording_file);
+    if (!truth) die(truth.error().message());
+    if (!seen) die(seen.error().message());
+    long valid = 0, close = 0, in_turn = 0, pairs = 0;
+    std::vector<double> off;
+    std::size_t last = 0;
+    bool has_last = false;
+    for (const auto& r : seen->samples) {
+        const EyeState& e = r.sample.eye(Eye::combined);
+        if (!e.valid) { has_last = false; continue; }
+        ++valid;
+        // Neighbouring pictures may look the same way: the one that is due is asked first.
+        std::size_t best = 0;
+        double best_deg = 1e9;
+        const std::size_t n = truth->samples.size();
+        for (std::size_t k = 0; k < n; ++k) {
+            const std::size_t i = ((has_last ? last + 1 : 0) + k) % n;
+            const double deg = angle_between(e.gaze_dir_head, truth->samples[i].sample.eye(Eye::combined).gaze_dir_head) * 57.29577951308232;
+            if (deg < best_deg - 0.05) { best_deg = deg; best = i; }
+        }
+        off.push_back(best_deg);
+        close += best_deg * 1e3 <= static_cast<double>(args.number("--tolerance-mdeg", 300)) ? 1 : 0;
+        if (has_last) {
+            ++pairs;
+            in_turn += (best + n - last) % n <= 2 ? 1 : 0;   // a frame may be dropped between
+        }
+        last = best;
+        has_last = true;
+    }
+    std::ranges::sort(off);
+    std::printf("nearest valid=%ld of %zu close=%ld in_turn=%ld of %ld median_mdeg=%.1f worst_mdeg=%.1f\n", valid, seen->samples.size(), close,
+                in_turn, pairs, off.empty() ? 0 : off[off.size() / 2] * 1e3, off.empty() ? 0 : off.back() * 1e3);
+    return valid >= args.number("--least", 1) && close == valid && in_turn * 20 >= pairs * 19 ? 0 : 1;
+}
+
 // Published models of a daemon that ran with filter "none": where a model used its sample, its gaze is the device's.
 int session(const std::string& truth_file, const std::string& file, int argc, char** argv) {
     const Arguments args(argc, argv, {"--tolerance-mdeg", "--least", "--latency"});
@@ -259,6 +296,7 @@ int main(int argc, char** argv) {
     if (command == "floor-hid" && argc > 2) return floor_hid(argv[2], argc - 2, argv + 2);
     if (command == "floor-usb") return floor_usb(argc - 1, argv + 1);
     if (command == "compare" && argc > 3) return compare(argv[2], argv[3], argc - 3, argv + 3);
+    if (command == "nearest" && argc > 3) return nearest(argv[2], argv[3], argc - 3, argv + 3);
     if (command == "session" && argc > 3) return session(argv[2], argv[3], argc - 3, argv + 3);
     errno = 0;
     die("usage: probe watch|floor-hid|floor-usb|compare|session ... (see the source's first lines)");

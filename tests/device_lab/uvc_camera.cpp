@@ -1,0 +1,140 @@
+// An eye camera on the kernel's USB bus: UVC 1.1, 8-bit grey, bulk streaming, made by vhci_hcd; the kernel's own uvcvideo
+// binds to it. It shows rendered eyes that look where a recording looks, --pictures of them in turn.
+//
+// Source: Universal Serial Bus Device Class Definition for Video Devices 1.1; payloads: Uncompressed, section 2.2.
+#include <csignal>
+#include <cstdio>
+
+#include "drivers/synthetic/eye_image.hpp"
+#include "tests/device_lab/feed.hpp"
+#include "tests/device_lab/vhci.hpp"
+
+using namespace fovea;
+using namespace fovea::lab;
+
+namespace {
+
+volatile std::sig_atomic_t stop = 0;
+constexpr std::uint8_t kEndpoint = 0x81;
+constexpr std::size_t kPayload = 16384;
+
+void put16(std::vector<std::uint8_t>& b, std::size_t at, std::size_t v) {
+    b[at] = static_cast<std::uint8_t>(v);
+    b[at + 1] = static_cast<std::uint8_t>(v >> 8);
+}
+void put32(std::vector<std::uint8_t>& b, std::size_t at, std::size_t v) {
+    put16(b, at, v & 0xFFFF);
+    put16(b, at + 2, v >> 16);
+}
+
+UsbDescriptors camera_descriptors(std::size_t width, std::size_t height, std::size_t fps) {
+    UsbDescriptors d;
+    d.strings = {"Fovea device lab", "Emulated eye camera", "LAB3"};
+    d.device = {18, 1, 0x00, 0x02, 0xEF, 2, 1, 64, 0x50, 0x1D, 0xE4, 0xE7, 0x00, 0x01, 1, 2, 3, 1};
+    auto& c = d.configuration;
+    const auto add = [&](std::initializer_list<std::uint8_t> bytes) {
+        c.insert(c.end(), bytes);
+        return c.size() - bytes.size();
+    };
+    add({9, 2, 0, 0, 2, 1, 0, 0x80, 250});
+    add({8, 11, 0, 2, 0x0E, 3, 0, 2});                       // both interfaces form one video function
+    add({9, 4, 0, 0, 0, 0x0E, 1, 0, 2});                     // video control
+    add({13, 0x24, 1, 0x10, 1, 40, 0, 0x00, 0x6C, 0xDC, 2, 1, 1});
+    add({18, 0x24, 2, 1, 1, 2, 0, 0, 0, 0, 0, 0, 0, 0, 3, 0, 0, 0});   // camera terminal, no controls
+    add({9, 0x24, 3, 2, 1, 1, 0, 1, 0});                     // output terminal
+    add({9, 4, 1, 0, 1, 0x0E, 2, 0, 0});                     // video streaming
+    add({14, 0x24, 1, 1, 77, 0, kEndpoint, 0, 2, 0, 0, 0, 1, 0});
+    add({27, 0x24, 4, 1, 1, 'Y', '8', '0', '0', 0, 0, 0x10, 0, 0x80, 0, 0, 0xAA, 0, 0x38, 0x9B, 0x71, 8, 1, 0, 0, 0, 0});
+    const std::size_t f = add({30, 0x24, 5, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0});
+    put16(c, f + 5, width);
+    put16(c, f + 7, height);
+    put32(c, f + 9, width * height * 8 * fps);
+    put32(c, f + 13, width * height * 8 * fps);
+    put32(c, f + 17, width * height);
+    put32(c, f + 21, 10'000'000 / fps);
+    put32(c, f + 26, 10'000'000 / fps);
+    add({6, 0x24, 0x0D, 1, 1, 4});
+    add({7, 5, kEndpoint, 2, 0x00, 0x02, 0});
+    put16(c, 2, c.size());
+    return d;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    const Arguments args(argc, argv, {"--recording", "--rate", "--frames", "--cycles", "--truth", "--port", "--side", "--pictures"});
+    std::setvbuf(stdout, nullptr, _IOLBF, 0);
+    std::signal(SIGTERM, [](int) { stop = 1; });
+    std::signal(SIGINT, [](int) { stop = 1; });
+    const long fps = args.number("--rate", 60), frames = args.number("--frames", 0), cycles = args.number("--cycles", 1);
+    const int side = static_cast<int>(args.number("--side", 192));
+    const Feed feed(args.text("--recording", "tests/data/recordings/eyelink_lookatpoint_s1.csv"), 4);
+    std::vector<std::vector<std::uint8_t>> pictures;
+    {
+        TruthLog log(args.text("--truth", ""), static_cast<double>(fps));
+        for (std::uint64_t i = 0; pictures.size() < static_cast<std::size_t>(args.number("--pictures", 24)); ++i) {
+            const FeedSample s = feed.at(i);
+            if (!s.valid) continue;
+            drivers::synthetic::EyeImageScene scene;
+            scene.width = scene.height = side;
+            const double radius = 0.45 * side, centre = (side - 1) / 2.0;   // what the camera driver assumes
+            scene.pupil_x = centre - radius * s.dir.x;
+            scene.pupil_y = centre - radius * s.dir.y;
+            scene.pupil_a = scene.pupil_b = 0.1 * side;
+            scene.glints = 1;
+            pictures.push_back(drivers::synthetic::render_eye(scene));
+            log.add(s, MonotonicClock::now());
+        }
+    }
+    std::printf("camera: ready\n");
+    std::vector<std::uint8_t> probe(34, 0);
+    probe[2] = probe[3] = 1;
+    put32(probe, 4, 10'000'000 / static_cast<std::size_t>(fps));
+    put32(probe, 18, static_cast<std::size_t>(side * side));
+    put32(probe, 22, kPayload);
+    put32(probe, 26, 48'000'000);
+    unsigned long shown = 0;
+    for (long done = 0; done < cycles && !stop; ++done) {
+        VhciDevice device(camera_descriptors(static_cast<std::size_t>(side), static_cast<std::size_t>(side), static_cast<std::size_t>(fps)),
+                          static_cast<int>(args.number("--port", 0)));
+        device.on_request = [&](const UsbSetup& s, std::span<const std::uint8_t>) -> std::optional<std::vector<std::uint8_t>> {
+            const int selector = s.value >> 8;
+            const bool streaming = (s.index & 0xFF) == 1 && (selector == 1 || selector == 2);   // probe, commit
+            if (!streaming) return std::nullopt;
+            if (s.type == 0x21) return std::vector<std::uint8_t>{};
+            if (s.type != 0xA1) return std::nullopt;
+            if (s.request == 0x85) return std::vector<std::uint8_t>{34, 0};   // GET_LEN
+            if (s.request == 0x86) return std::vector<std::uint8_t>{3};       // GET_INFO
+            return probe;
+        };
+        const Duration period{1'000'000'000 / fps};
+        Instant due = MonotonicClock::now();
+        std::uint8_t toggle = 0;
+        for (long n = 0; !stop && (frames == 0 || n < frames);) {
+            if (!device.serve(due)) break;
+            if (device.waiting(kEndpoint) == 0) {
+                due = MonotonicClock::now() + std::chrono::milliseconds(2);
+                continue;
+            }
+            const auto& picture = pictures[shown % pictures.size()];
+            for (std::size_t at = 0; at < picture.size() && !stop;) {
+                while (!stop && device.waiting(kEndpoint) == 0)
+                    if (!device.serve(MonotonicClock::now() + std::chrono::milliseconds(1))) break;
+                if (device.waiting(kEndpoint) == 0) break;
+                const std::size_t take = std::min(picture.size() - at, std::min(kPayload, device.room(kEndpoint)) - 2);
+                const bool last = at + take == picture.size();
+                std::vector<std::uint8_t> payload = {2, static_cast<std::uint8_t>(0x80 | toggle | (last ? 2 : 0))};
+                payload.insert(payload.end(), picture.begin() + static_cast<std::ptrdiff_t>(at), picture.begin() + static_cast<std::ptrdiff_t>(at + take));
+                device.complete(kEndpoint, payload);
+                at += take;
+            }
+            toggle ^= 1;
+            ++shown;
+            ++n;
+            due += period;
+            if (MonotonicClock::now() - due > std::chrono::milliseconds(300)) due = MonotonicClock::now();
+        }
+        std::printf("camera: unplugged after %lu frames\n", shown);
+    }
+    return 0;
+}
