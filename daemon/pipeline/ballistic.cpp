@@ -49,10 +49,11 @@ Landing ballistic(const MotionFeatures& f, const Classified& now, std::int64_t t
     for (std::size_t i = 0; i < kAmplitudes; ++i) {
         const double a = g.amplitude_deg[i];
         const double spread = 0.1 + 0.05 * a, inverse = 1 / (2 * spread * spread);
+        const double start = g.log_prior[i] - static_cast<double>(kFits) * std::log(spread);
         for (std::size_t j = 0; j < kOnsets; ++j) {
             const double since = since_ms + kOnsetStep_ms * (static_cast<double>(j) - 2);
             const double here = saccade_profile(since / g.duration_ms[i]);
-            double fit = g.log_prior[i];
+            double fit = start;
             for (std::size_t k = 1; k < 1 + kFits; ++k) {
                 const double lag = static_cast<double>(kLags_ns[k]) * 1e-6;
                 const double way = a * (here - saccade_profile((since - lag) / g.duration_ms[i]));
@@ -77,8 +78,8 @@ Landing ballistic(const MotionFeatures& f, const Classified& now, std::int64_t t
                 result.advance_deg[h] += w * g.amplitude_deg[i] * (saccade_profile(later / g.duration_ms[i]) - here);
             }
         }
-    result.amplitude_deg /= sum;  // the best hypothesis has weight 1
-    for (double& x : result.advance_deg) x /= sum;
+    result.amplitude_deg = std::min(result.amplitude_deg / sum, MainSequence::kLargest_deg);  // the best has weight 1
+    for (double& x : result.advance_deg) x = std::min(x / sum, MainSequence::kLargest_deg);
     return result;
 }
 

@@ -151,7 +151,7 @@ void EyeLine::go_blind(GazeEvent event) noexcept {
     motion_.event = event;
     motion_.velocity_rad_s = {};
     for (std::size_t i = 0; i < kHorizons_ns.size(); ++i) {
-        const Radii r = uncertainty(event, i);
+        const Radii r = blind_radii(kHorizons_ns[i]);
         motion_.horizons[i] = {0, 0, static_cast<float>(r.radius68_rad), static_cast<float>(r.radius95_rad)};
     }
     loss_.hold(motion_.gaze_dir_head);

@@ -14,7 +14,7 @@ constexpr double kPriorStrength = 0.3; // relative error that the prior charges 
 constexpr double kPriorRaw = 0.5;       // how far off the filtered gaze counts as a start
 constexpr double kMemory = 2000;       // judgements after which half is forgotten, nearly
 constexpr float kFirstStep = 0.2f, kLastStep = 0.02f;  // share by which one judgement moves a radius factor, at most
-constexpr float kFactorBound = 8;
+constexpr float kFactorBound = 32;
 constexpr std::int64_t kLongestGap_ns = 25'000'000;  // between samples: beyond it, the truth between them is a guess
 
 double norm(Tangent t) noexcept { return std::sqrt(t.u * t.u + t.v * t.v); }

@@ -6,7 +6,7 @@
 // Belief: whether to start from the raw or from the filtered gaze, and which share of the displacement to add (0 is
 // hold, 1 all of it): what had the smallest mean error so far, per phase of the movement and horizon, starting from a
 // prior and forgetting slowly. Radius factors: stochastic approximation of
-// the 68 % and 95 % quantile (Robbins and Monro 1951), bounded to [1/8, 8].
+// the 68 % and 95 % quantile (Robbins and Monro 1951), bounded to [1/32, 32].
 //
 // Causal: only samples that have come are used. Cost: about 100 ns per sample. Threads: one at a time; noexcept, no
 // allocation.
