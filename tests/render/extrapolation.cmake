@@ -4,3 +4,7 @@ fovea_test(fovea_extrapolation_test SOURCES
   extrapolation_test.cpp
   LINK fovea_extrapolation
   LABELS render asan tsan)
+fovea_test(fovea_extrapolation_gl_test SOURCES
+  extrapolation_gl_test.cpp
+  LINK fovea_extrapolation fovea_gl PkgConfig::egl
+  LABELS render)

@@ -1,0 +1,264 @@
+#include "render/extrapolation/gl_extrapolator.hpp"
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <new>
+#include <vector>
+
+#include "render/extrapolation/gl_passes.hpp"
+#include "render/extrapolation/gl_state.hpp"
+#include "render/extrapolation/sources.hpp"
+
+namespace fovea::render::extrapolation {
+
+namespace {
+
+struct TextureInfo {
+    std::optional<Format> format;
+    int width = 0, height = 0, base_level = 0;
+    bool swizzled = false;
+};
+
+// The effective format, whatever it was asked for as.
+std::optional<Format> format_of(const GlFunctions& gl, int level) noexcept {
+    const auto get = [&](GLenum what) {
+        GLint v = 0;
+        gl.GetTexLevelParameteriv(GL_TEXTURE_2D, level, what, &v);
+        return v;
+    };
+    switch (get(GL_TEXTURE_INTERNAL_FORMAT)) {
+        case GL_RGBA8: return Format::rgba8;
+        case GL_RGB8: return Format::rgb8;
+        case GL_R8: return Format::r8;
+        case GL_RGBA16F: return Format::rgba16f;
+        case GL_RGB16F: return Format::rgb16f;
+        case GL_RGBA32F: return Format::rgba32f;
+        case GL_RGB32F: return Format::rgb32f;
+        case GL_RGBA:
+            if (get(GL_TEXTURE_RED_SIZE) == 8 && get(GL_TEXTURE_ALPHA_SIZE) == 8) return Format::rgba8;
+            return std::nullopt;
+        case GL_RGB:
+            if (get(GL_TEXTURE_RED_SIZE) == 8 && get(GL_TEXTURE_GREEN_SIZE) == 8) return Format::rgb8;
+            return std::nullopt;
+        default: return std::nullopt;
+    }
+}
+
+TextureInfo inspect(const GlFunctions& gl, GLuint name) noexcept {
+    TextureInfo info;
+    if (name == 0 || gl.IsTexture(name) == GL_FALSE) return info;
+    gl.BindTexture(GL_TEXTURE_2D, name);
+    if (gl.GetError() != GL_NO_ERROR) return info;   // a texture of another target
+    GLint v = 0;
+    gl.GetTexParameteriv(GL_TEXTURE_2D, GL_TEXTURE_BASE_LEVEL, &info.base_level);
+    constexpr GLenum kSwizzles[4][2] = {{GL_TEXTURE_SWIZZLE_R, GL_RED}, {GL_TEXTURE_SWIZZLE_G, GL_GREEN}, {GL_TEXTURE_SWIZZLE_B, GL_BLUE}, {GL_TEXTURE_SWIZZLE_A, GL_ALPHA}};
+    for (const auto& s : kSwizzles) {
+        gl.GetTexParameteriv(GL_TEXTURE_2D, s[0], &v);
+        info.swizzled |= static_cast<GLenum>(v) != s[1];
+    }
+    gl.GetTexLevelParameteriv(GL_TEXTURE_2D, info.base_level, GL_TEXTURE_WIDTH, &info.width);
+    gl.GetTexLevelParameteriv(GL_TEXTURE_2D, info.base_level, GL_TEXTURE_HEIGHT, &info.height);
+    if (info.width > 0 && info.height > 0) info.format = format_of(gl, info.base_level);
+    return info;
+}
+
+// What the processor's backend holds a picture as: four bytes or four floats per pixel, as read back.
+Format held_as(Format f) noexcept { return is_float(f) ? Format::rgba32f : Format::rgba8; }
+
+}  // namespace
+
+struct GlExtrapolator::State {
+    GlFunctions gl;
+    GlSettings settings;
+    Backend backend = Backend::processor;
+    std::string reason;
+    Extrapolator engine;
+    std::unique_ptr<GlPasses> passes;
+    GLuint framebuffer = 0;
+    std::vector<std::byte> pixels[3], packed;
+
+    explicit State(Extrapolator e) : engine(std::move(e)) {}
+    ~State() {
+        if (framebuffer != 0) gl.DeleteFramebuffers(1, &framebuffer);
+    }
+
+    [[nodiscard]] bool read(GLuint texture, const TextureInfo& info, std::byte* to) noexcept;
+    [[nodiscard]] GLenum on_processor(const GLuint (&names)[3], const TextureInfo (&infos)[3], float factor) noexcept;
+    [[nodiscard]] GLenum run(const GLuint (&names)[3], const TextureInfo (&infos)[3], float factor, Backend backend) noexcept;
+    void probe() noexcept;
+};
+
+const char* backend_name(Backend b) noexcept {
+    return b == Backend::processor ? "processor" : b == Backend::compute ? "compute" : "fragment";
+}
+
+bool GlExtrapolator::State::read(GLuint texture, const TextureInfo& info, std::byte* to) noexcept {
+    gl.BindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
+    gl.FramebufferTexture2D(GL_READ_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture, info.base_level);
+    bool ok = gl.CheckFramebufferStatus(GL_READ_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
+    if (ok) gl.ReadPixels(0, 0, info.width, info.height, GL_RGBA, is_float(*info.format) ? GL_FLOAT : GL_UNSIGNED_BYTE, to);
+    gl.FramebufferTexture2D(GL_READ_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, 0, 0);
+    return ok && gl.GetError() == GL_NO_ERROR;
+}
+
+GLenum GlExtrapolator::State::on_processor(const GLuint (&names)[3], const TextureInfo (&infos)[3], float factor) noexcept {
+    const Format format = *infos[0].format, held = held_as(format);
+    const int w = infos[0].width, h = infos[0].height;
+    const auto row_bytes = static_cast<std::ptrdiff_t>(w) * bytes_per_pixel(held);
+    const auto bytes = static_cast<std::size_t>(row_bytes) * static_cast<std::size_t>(h);
+    try {
+        for (auto& p : pixels) p.resize(bytes);
+        packed.resize(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) * static_cast<std::size_t>(bytes_per_pixel(format)));
+    } catch (const std::bad_alloc&) {
+        return GL_OUT_OF_MEMORY;
+    }
+    for (int i = 0; i < 2; ++i)
+        if (!read(names[i], infos[i], pixels[i].data())) return GL_OUT_OF_MEMORY;
+    if (format == Format::r8)   // read back as red; as grey its luma is its value
+        for (int i = 0; i < 2; ++i)
+            for (std::size_t k = 0; k < bytes; k += 4) pixels[i][k + 1] = pixels[i][k + 2] = pixels[i][k];
+    const ConstImage src1{pixels[0].data(), w, h, row_bytes, held}, src2{pixels[1].data(), w, h, row_bytes, held};
+    if (engine.extrapolate(src1, src2, {pixels[2].data(), w, h, row_bytes, held}, factor) != Outcome::ok) return GL_OUT_OF_MEMORY;
+    const GLenum layout = channel_count(format) == 4 ? GL_RGBA : channel_count(format) == 3 ? GL_RGB : GL_RED;
+    const std::byte* upload = pixels[2].data();
+    const bool packs = format != held;
+    if (packs) {
+        const std::ptrdiff_t packed_row = static_cast<std::ptrdiff_t>(w) * bytes_per_pixel(format);
+        for (int y = 0; y < h; ++y) pack_row(upload + y * row_bytes, format, w, packed.data() + y * packed_row);
+        upload = packed.data();
+    }
+    const GLenum type = bytes_per_channel(format) == 1 ? GL_UNSIGNED_BYTE : bytes_per_channel(format) == 2 ? GL_HALF_FLOAT : GL_FLOAT;
+    gl.BindTexture(GL_TEXTURE_2D, names[2]);
+    gl.TexSubImage2D(GL_TEXTURE_2D, infos[2].base_level, 0, 0, w, h, layout, type, upload);
+    return gl.GetError() == GL_NO_ERROR ? static_cast<GLenum>(GL_NO_ERROR) : static_cast<GLenum>(GL_OUT_OF_MEMORY);
+}
+
+GLenum GlExtrapolator::State::run(const GLuint (&names)[3], const TextureInfo (&infos)[3], float factor, Backend on) noexcept {
+    const bool aliased = names[2] == names[0] || names[2] == names[1];
+    const bool swizzled = infos[0].swizzled || infos[1].swizzled;
+    // A compute shader may store to immutable textures only; GlPasses draws where it cannot store.
+    const bool in_driver = on != Backend::processor && passes != nullptr && passes->writes(*infos[0].format) && !aliased && !swizzled && std::isfinite(factor);
+    if (!in_driver) {
+        GlStateGuard guard(gl, false);
+        return on_processor(names, infos, factor);
+    }
+    GlStateGuard guard(gl, true);
+    const bool from_first = factor < -0.5f;
+    const float step = from_first ? -1 - factor : factor;
+    const bool ok = passes->run(names[from_first ? 0 : 1], names[from_first ? 1 : 0], names[2], infos[2].base_level, infos[0].width, infos[0].height, *infos[0].format, step);
+    return ok && gl.GetError() == GL_NO_ERROR ? static_cast<GLenum>(GL_NO_ERROR) : static_cast<GLenum>(GL_OUT_OF_MEMORY);
+}
+
+// Times one moving pair of 256x256 on each side, after one to warm up, and keeps the faster.
+void GlExtrapolator::State::probe() noexcept {
+    constexpr int kSize = 256, kMove = 3;
+    GLuint names[3] = {};
+    GlStateGuard guard(gl, true);
+    gl.GenTextures(3, names);
+    std::vector<std::uint8_t> picture(kSize * kSize * 4);
+    for (int i = 0; i < 3; ++i) {
+        for (int y = 0; y < kSize; ++y)
+            for (int x = 0; x < kSize; ++x) {
+                const int u = x - kMove * i;
+                for (int c = 0; c < 4; ++c) picture[static_cast<std::size_t>(4 * (y * kSize + x) + c)] = static_cast<std::uint8_t>(128 + 60 * std::sin(0.11 * u + 0.05 * y + c) + 60 * std::sin(0.031 * u * (1 + c) - 0.09 * y));
+            }
+        gl.BindTexture(GL_TEXTURE_2D, names[i]);
+        gl.TexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA8, kSize, kSize);
+        gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kSize, kSize, GL_RGBA, GL_UNSIGNED_BYTE, picture.data());
+    }
+    TextureInfo info;
+    info.format = Format::rgba8;
+    info.width = info.height = kSize;
+    const TextureInfo infos[3] = {info, info, info};
+    const Backend driver = backend;
+    double ms[2] = {};
+    bool works = true;
+    for (int side = 0; side < 2; ++side) {
+        for (int repeat = 0; repeat < 3; ++repeat) {
+            gl.Finish();
+            const auto start = std::chrono::steady_clock::now();
+            works = run(names, infos, 0.5f, side == 0 ? Backend::processor : driver) == GL_NO_ERROR && works;
+            gl.Finish();
+            const double took = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+            if (repeat == 1 || (repeat > 1 && took < ms[side])) ms[side] = took;
+        }
+    }
+    gl.DeleteTextures(3, names);
+    if (!works || ms[0] <= ms[1]) backend = Backend::processor;
+    char text[128];
+    std::snprintf(text, sizeof text, "probe: 256x256 takes %.1f ms on the processor, %.1f ms as %s shaders", ms[0], ms[1], backend_name(driver));
+    reason = text;
+}
+
+GlExtrapolator::GlExtrapolator(std::unique_ptr<State> state) noexcept : state_(std::move(state)) {}
+GlExtrapolator::GlExtrapolator(GlExtrapolator&&) noexcept = default;
+GlExtrapolator& GlExtrapolator::operator=(GlExtrapolator&&) noexcept = default;
+GlExtrapolator::~GlExtrapolator() = default;
+
+Result<GlExtrapolator> GlExtrapolator::create(GlLoader loader, const GlSettings& settings) {
+    auto engine = Extrapolator::create({.preset = settings.preset, .threads = settings.threads});
+    if (!engine) return std::unexpected(engine.error());
+    auto state = std::make_unique<State>(std::move(*engine));
+    if (const char* missing = load(state->gl, loader); missing != nullptr) return fail(std::string("the driver lacks ") + missing, "GL", "OpenGL ES 3.1 is needed");
+    const GlFunctions& gl = state->gl;
+    const auto* version = reinterpret_cast<const char*>(gl.GetString(GL_VERSION));
+    if (version == nullptr) return fail("no OpenGL ES context is current", "GL");
+    state->settings = settings;
+    gl.GenFramebuffers(1, &state->framebuffer);
+    if (settings.backend == Backend::processor) {
+        state->reason = "asked for";
+        return GlExtrapolator(std::move(state));
+    }
+    std::string why;
+    for (const Backend b : {Backend::compute, Backend::fragment}) {
+        if (settings.backend && *settings.backend != b) continue;
+        auto passes = GlPasses::create(gl, settings.preset, b == Backend::compute);
+        if (!passes) {
+            why = passes.error().message();
+            continue;
+        }
+        state->passes = std::move(*passes);
+        state->backend = b;
+        break;
+    }
+    if (settings.backend) {
+        if (state->passes == nullptr) return fail("the backend asked for does not work: " + why, "GL", "let the probe choose");
+        state->reason = "asked for";
+        return GlExtrapolator(std::move(state));
+    }
+    if (state->passes == nullptr) {
+        state->reason = "no shader backend works: " + why;
+        return GlExtrapolator(std::move(state));
+    }
+    const auto* renderer = reinterpret_cast<const char*>(gl.GetString(GL_RENDERER));
+    bool software = false;
+    for (const char* name : {"llvmpipe", "softpipe", "swrast", "SwiftShader"}) software |= renderer != nullptr && std::strstr(renderer, name) != nullptr;
+    if (software)
+        state->probe();
+    else
+        state->reason = "not a software rasteriser";
+    return GlExtrapolator(std::move(state));
+}
+
+GLenum GlExtrapolator::extrapolate(GLuint src1, GLuint src2, GLuint output, float factor) noexcept {
+    State& s = *state_;
+    if (factor == 0) return GL_INVALID_VALUE;
+    const GLuint names[3] = {src1, src2, output};
+    TextureInfo infos[3];
+    {
+        GLint bound = 0;
+        s.gl.GetIntegerv(GL_TEXTURE_BINDING_2D, &bound);
+        for (int i = 0; i < 3; ++i) infos[i] = inspect(s.gl, names[i]);
+        s.gl.BindTexture(GL_TEXTURE_2D, static_cast<GLuint>(bound));
+    }
+    for (const TextureInfo& i : infos)
+        if (!i.format || *i.format != *infos[0].format || i.width != infos[0].width || i.height != infos[0].height) return GL_INVALID_OPERATION;
+    return s.run(names, infos, factor, s.backend);
+}
+
+Backend GlExtrapolator::backend() const noexcept { return state_->backend; }
+const std::string& GlExtrapolator::reason() const noexcept { return state_->reason; }
+
+}  // namespace fovea::render::extrapolation

@@ -1,0 +1,53 @@
+// glExtrapolateTex2DQCOM for any OpenGL ES 3.1 driver: the call, its checks and its errors.
+//
+// Source: GL_QCOM_frame_extrapolation. Formats are compared by effective format: an unsized RGBA of unsigned bytes is RGBA8.
+// Backends: `processor` reads both sources back and runs Extrapolator; `compute` and `fragment` stay in the driver. A
+// start-up probe picks: on a software rasteriser it times one small pair on each, elsewhere it takes compute, then fragment.
+// Three-channel float pictures, outputs that are also a source, and swizzled sources always take the processor.
+// State: everything but the output's base level is as before. An immutable output can be stored to by compute; others are
+// drawn to. Active occlusion and primitive queries count the passes of `fragment`.
+// Threads: the context's thread, the same for create, extrapolate and destruction; contexts do not share one.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "render/extrapolation/extrapolation.hpp"
+#include "render/extrapolation/gl_functions.hpp"
+
+namespace fovea::render::extrapolation {
+
+enum class Backend : std::uint8_t { processor, compute, fragment };
+[[nodiscard]] const char* backend_name(Backend b) noexcept;
+
+struct GlSettings {
+    Preset preset = Preset::balanced;
+    int threads = 1;                   // of the processor's backend
+    std::optional<Backend> backend;    // nothing: the probe chooses
+};
+
+class GlExtrapolator {
+public:
+    // Needs a current context. Leaves its state as it was. May take a second on a software rasteriser: it compiles and probes.
+    [[nodiscard]] static Result<GlExtrapolator> create(GlLoader loader, const GlSettings& settings = {});
+    GlExtrapolator(GlExtrapolator&&) noexcept;
+    GlExtrapolator& operator=(GlExtrapolator&&) noexcept;
+    ~GlExtrapolator();
+
+    // Returns the error that the call generates: GL_NO_ERROR, GL_INVALID_VALUE (factor 0), GL_INVALID_OPERATION (names that
+    // are no 2D textures, formats or sizes that differ, formats outside table 8.28) or GL_OUT_OF_MEMORY. Errors that were
+    // pending in the context before the call must have been taken by the caller; none is pending after it.
+    [[nodiscard]] GLenum extrapolate(GLuint src1, GLuint src2, GLuint output, float factor) noexcept;
+
+    [[nodiscard]] Backend backend() const noexcept;
+    // Why that backend: "asked for", or what the probe measured.
+    [[nodiscard]] const std::string& reason() const noexcept;
+
+private:
+    struct State;
+    explicit GlExtrapolator(std::unique_ptr<State> state) noexcept;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace fovea::render::extrapolation

@@ -1,0 +1,53 @@
+// The OpenGL ES entry points that the GL side of the engine calls, loaded from the driver itself.
+//
+// A table instead of linked names: behind the GLES layer the process-wide names lead back into the layer.
+// Threads: plain data.
+#pragma once
+
+#include <GLES3/gl32.h>
+
+namespace fovea::render::extrapolation {
+
+// Returns the driver's function of that name, or null; eglGetProcAddress has this shape.
+using GlFunction = void (*)();
+using GlLoader = GlFunction (*)(const char* name);
+
+#define FOVEA_EXTRAPOLATION_GL(X)                                                                                       \
+    X(ActiveTexture, ACTIVETEXTURE) X(AttachShader, ATTACHSHADER) X(BindBuffer, BINDBUFFER)                             \
+    X(BindFramebuffer, BINDFRAMEBUFFER) X(BindImageTexture, BINDIMAGETEXTURE) X(BindSampler, BINDSAMPLER)               \
+    X(BindTexture, BINDTEXTURE) X(BindVertexArray, BINDVERTEXARRAY) X(CheckFramebufferStatus, CHECKFRAMEBUFFERSTATUS)   \
+    X(ColorMask, COLORMASK) X(CompileShader, COMPILESHADER) X(CreateProgram, CREATEPROGRAM)                             \
+    X(CreateShader, CREATESHADER) X(DeleteFramebuffers, DELETEFRAMEBUFFERS) X(DeleteProgram, DELETEPROGRAM)             \
+    X(DeleteSamplers, DELETESAMPLERS) X(DeleteShader, DELETESHADER) X(DeleteTextures, DELETETEXTURES)                   \
+    X(DeleteVertexArrays, DELETEVERTEXARRAYS) X(Disable, DISABLE) X(DispatchCompute, DISPATCHCOMPUTE)                   \
+    X(DrawArrays, DRAWARRAYS) X(DrawBuffers, DRAWBUFFERS) X(Enable, ENABLE) X(Finish, FINISH)                           \
+    X(FramebufferTexture2D, FRAMEBUFFERTEXTURE2D) X(GenFramebuffers, GENFRAMEBUFFERS) X(GenSamplers, GENSAMPLERS)       \
+    X(GenTextures, GENTEXTURES) X(GenVertexArrays, GENVERTEXARRAYS) X(GetBooleanv, GETBOOLEANV) X(GetError, GETERROR)   \
+    X(GetIntegeri_v, GETINTEGERI_V) X(GetIntegerv, GETINTEGERV) X(GetProgramInfoLog, GETPROGRAMINFOLOG)                 \
+    X(GetProgramiv, GETPROGRAMIV) X(GetShaderInfoLog, GETSHADERINFOLOG) X(GetShaderiv, GETSHADERIV)                     \
+    X(GetString, GETSTRING) X(GetTexLevelParameteriv, GETTEXLEVELPARAMETERIV) X(GetTexParameteriv, GETTEXPARAMETERIV)   \
+    X(GetUniformLocation, GETUNIFORMLOCATION) X(IsEnabled, ISENABLED) X(IsTexture, ISTEXTURE)                           \
+    X(LinkProgram, LINKPROGRAM) X(PauseTransformFeedback, PAUSETRANSFORMFEEDBACK) X(ResumeTransformFeedback, RESUMETRANSFORMFEEDBACK) \
+    X(MemoryBarrier, MEMORYBARRIER) X(PixelStorei, PIXELSTOREI) X(ReadPixels, READPIXELS)   \
+    X(SamplerParameteri, SAMPLERPARAMETERI) X(ShaderSource, SHADERSOURCE) X(TexParameteri, TEXPARAMETERI)               \
+    X(TexStorage2D, TEXSTORAGE2D) X(TexSubImage2D, TEXSUBIMAGE2D) X(Uniform1f, UNIFORM1F) X(Uniform1i, UNIFORM1I)       \
+    X(Uniform2i, UNIFORM2I) X(UseProgram, USEPROGRAM) X(Viewport, VIEWPORT)
+
+struct GlFunctions {
+#define X(name, type) PFNGL##type##PROC name = nullptr;
+    FOVEA_EXTRAPOLATION_GL(X)
+#undef X
+};
+
+// The first name that the driver does not have; null if it has all of them.
+[[nodiscard]] inline const char* load(GlFunctions& gl, GlLoader loader) noexcept {
+    const char* missing = nullptr;
+#define X(name, type)                                                           \
+    gl.name = reinterpret_cast<PFNGL##type##PROC>(loader("gl" #name));          \
+    if (gl.name == nullptr && missing == nullptr) missing = "gl" #name;
+    FOVEA_EXTRAPOLATION_GL(X)
+#undef X
+    return missing;
+}
+
+}  // namespace fovea::render::extrapolation

@@ -1,0 +1,331 @@
+#include "render/extrapolation/gl_passes.hpp"
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+#include <string>
+
+#include "render/extrapolation/gl_shaders.hpp"
+
+namespace fovea::render::extrapolation {
+
+namespace {
+
+enum Kernel { kTiles, kLuma, kHalve, kSearch, kRelax, kVerdict, kDisplacement };
+constexpr int kKernels = 7;
+constexpr const char* kSources[kKernels] = {shaders::kTiles, shaders::kLuma, shaders::kHalve, shaders::kSearch, shaders::kRelax, shaders::kVerdict, shaders::kDisplacement};
+// Those whose work is worth a compute shader; the others are one read and one write.
+constexpr bool kComputed[kKernels] = {false, false, false, true, true, false, true};
+constexpr int kRelaxRounds = 4;
+
+// The image formats that a compute shader may store and that table 8.28 has.
+struct Storable {
+    Format format;
+    GLenum internal;
+    const char* qualifier;
+};
+constexpr Storable kStorable[] = {{Format::rgba8, GL_RGBA8, "rgba8"}, {Format::rgba16f, GL_RGBA16F, "rgba16f"}, {Format::rgba32f, GL_RGBA32F, "rgba32f"}};
+
+GLuint compile(const GlFunctions& gl, GLenum kind, const std::string& text, std::string& log) {
+    const GLuint shader = gl.CreateShader(kind);
+    const char* source = text.c_str();
+    gl.ShaderSource(shader, 1, &source, nullptr);
+    gl.CompileShader(shader);
+    GLint ok = 0;
+    gl.GetShaderiv(shader, GL_COMPILE_STATUS, &ok);
+    if (ok != 0) return shader;
+    char buffer[1024] = {};
+    gl.GetShaderInfoLog(shader, sizeof buffer, nullptr, buffer);
+    log = buffer;
+    gl.DeleteShader(shader);
+    return 0;
+}
+
+// 0 and a log where a stage does not compile or the program does not link.
+GLuint link(const GlFunctions& gl, const std::string& body, const char* image_format, std::string& log) {
+    std::string text = shaders::kHead + body;
+    GLuint stages[2] = {};
+    if (image_format != nullptr) {
+        char main_text[512];
+        std::snprintf(main_text, sizeof main_text, shaders::kComputeMain, image_format);
+        stages[0] = compile(gl, GL_COMPUTE_SHADER, text + main_text, log);
+        if (stages[0] == 0) return 0;
+    } else {
+        stages[0] = compile(gl, GL_VERTEX_SHADER, shaders::kVertex, log);
+        stages[1] = compile(gl, GL_FRAGMENT_SHADER, text + shaders::kFragmentMain, log);
+        if (stages[0] == 0 || stages[1] == 0) return 0;
+    }
+    const GLuint program = gl.CreateProgram();
+    for (const GLuint s : stages)
+        if (s != 0) {
+            gl.AttachShader(program, s);
+            gl.DeleteShader(s);
+        }
+    gl.LinkProgram(program);
+    GLint ok = 0;
+    gl.GetProgramiv(program, GL_LINK_STATUS, &ok);
+    if (ok != 0) return program;
+    char buffer[1024] = {};
+    gl.GetProgramInfoLog(program, sizeof buffer, nullptr, buffer);
+    log = buffer;
+    gl.DeleteProgram(program);
+    return 0;
+}
+
+}  // namespace
+
+GlPasses::GlPasses(const GlFunctions& gl, Preset preset, bool compute) noexcept : gl_(gl), preset_(preset), compute_(compute) {}
+
+Result<std::unique_ptr<GlPasses>> GlPasses::create(const GlFunctions& gl, Preset preset, bool compute) {
+    std::unique_ptr<GlPasses> p(new GlPasses(gl, preset, compute));
+    if (auto built = p->build(); !built) return std::unexpected(built.error());
+    return p;
+}
+
+Result<void> GlPasses::build() {
+    std::string log;
+    for (int k = 0; k < kKernels; ++k) {
+        fragment_[k] = link(gl_, kSources[k], nullptr, log);
+        if (compute_ && kComputed[k]) compute_programs_[k] = link(gl_, kSources[k], "rgba16f", log);
+        if (fragment_[k] == 0 || (compute_ && kComputed[k] && compute_programs_[k] == 0)) return fail("an extrapolation shader does not build: " + log, "GL", "use the processor's backend");
+    }
+    fragment_gather_ = link(gl_, shaders::kGather, nullptr, log);
+    if (fragment_gather_ == 0) return fail("an extrapolation shader does not build: " + log, "GL", "use the processor's backend");
+    for (int i = 0; compute_ && i < 3; ++i) {
+        gather_compute_[i] = link(gl_, shaders::kGather, kStorable[i].qualifier, log);
+        if (gather_compute_[i] == 0) return fail("an extrapolation shader does not build: " + log, "GL", "use the processor's backend");
+    }
+    gl_.GenVertexArrays(1, &array_);
+    gl_.GenFramebuffers(1, &framebuffer_);
+    GLuint samplers[2];
+    gl_.GenSamplers(2, samplers);
+    linear_ = samplers[0];
+    nearest_ = samplers[1];
+    for (const GLuint s : samplers) {
+        const GLint filter = s == linear_ ? GL_LINEAR : GL_NEAREST;
+        gl_.SamplerParameteri(s, GL_TEXTURE_MIN_FILTER, filter);
+        gl_.SamplerParameteri(s, GL_TEXTURE_MAG_FILTER, filter);
+        gl_.SamplerParameteri(s, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+        gl_.SamplerParameteri(s, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    }
+    cell_px_ = preset_ == Preset::draft || preset_ == Preset::fast ? 4 : 2;
+    // Every image in between is RGBA16F; can it be drawn to?
+    GLint before = 0, bound = 0;
+    gl_.GetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &before);
+    gl_.GetIntegerv(GL_TEXTURE_BINDING_2D, &bound);
+    const auto drawable = [&](GLenum format) {
+        GLuint texture = 0;
+        gl_.GenTextures(1, &texture);
+        gl_.BindTexture(GL_TEXTURE_2D, texture);
+        gl_.TexStorage2D(GL_TEXTURE_2D, 1, format, 4, 4);
+        gl_.BindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer_);
+        gl_.FramebufferTexture2D(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture, 0);
+        const bool complete = gl_.CheckFramebufferStatus(GL_DRAW_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
+        gl_.FramebufferTexture2D(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, 0, 0);
+        gl_.DeleteTextures(1, &texture);
+        return complete;
+    };
+    const bool half = drawable(GL_RGBA16F);
+    float_outputs_ = half && drawable(GL_RGBA32F);
+    gl_.BindFramebuffer(GL_DRAW_FRAMEBUFFER, static_cast<GLuint>(before));
+    gl_.BindTexture(GL_TEXTURE_2D, static_cast<GLuint>(bound));
+    if (!half) return fail("the driver cannot draw to RGBA16F", "GL", "use the processor's backend");
+    return {};
+}
+
+GlPasses::~GlPasses() {
+    release_images();
+    for (const GLuint p : fragment_)
+        if (p != 0) gl_.DeleteProgram(p);
+    for (const GLuint p : compute_programs_)
+        if (p != 0) gl_.DeleteProgram(p);
+    for (const GLuint p : gather_compute_)
+        if (p != 0) gl_.DeleteProgram(p);
+    if (fragment_gather_ != 0) gl_.DeleteProgram(fragment_gather_);
+    const GLuint samplers[] = {linear_, nearest_};
+    gl_.DeleteSamplers(2, samplers);
+    gl_.DeleteVertexArrays(1, &array_);
+    gl_.DeleteFramebuffers(1, &framebuffer_);
+}
+
+bool GlPasses::writes(Format format) const noexcept {
+    switch (format) {
+        case Format::rgba8:
+        case Format::rgb8:
+        case Format::r8: return true;
+        case Format::rgba16f: return true;
+        case Format::rgba32f: return float_outputs_;
+        default: return false;   // three floats: no driver has to be able to draw them
+    }
+}
+
+void GlPasses::release_images() noexcept {
+    const auto drop = [&](GLuint& t) {
+        if (t != 0) gl_.DeleteTextures(1, &t);
+        t = 0;
+    };
+    for (Level& l : levels_) {
+        drop(l.luma_near);
+        drop(l.luma_far);
+        drop(l.motion[0]);
+        drop(l.motion[1]);
+    }
+    levels_.clear();
+    drop(tiles_);
+    drop(verdict_);
+    drop(displacement_);
+    width_px_ = height_px_ = 0;
+}
+
+GLuint GlPasses::make_image(int width, int height) noexcept {
+    GLuint t = 0;
+    gl_.GenTextures(1, &t);
+    gl_.BindTexture(GL_TEXTURE_2D, t);
+    gl_.TexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA16F, width, height);
+    return t;
+}
+
+bool GlPasses::prepare(int width_px, int height_px) noexcept {
+    if (width_px == width_px_ && height_px == height_px_) return true;
+    release_images();
+    gl_.ActiveTexture(GL_TEXTURE0);
+    int w = (width_px + cell_px_ - 1) / cell_px_, h = (height_px + cell_px_ - 1) / cell_px_;
+    for (;;) {
+        Level l;
+        l.width = w;
+        l.height = h;
+        l.columns = (w + 3) / 4 + 1;
+        l.rows = (h + 3) / 4 + 1;
+        l.luma_near = make_image(w, h);
+        l.luma_far = make_image(w, h);
+        l.motion[0] = make_image(l.columns, l.rows);
+        l.motion[1] = make_image(l.columns, l.rows);
+        levels_.push_back(l);
+        if (std::max(w, h) <= 32 || (std::min(w, h) + 1) / 2 < 8) break;
+        w = (w + 1) / 2;
+        h = (h + 1) / 2;
+    }
+    tiles_ = make_image((width_px + 15) / 16, (height_px + 15) / 16);
+    verdict_ = make_image(1, 1);
+    displacement_ = make_image(levels_[0].columns, levels_[0].rows);
+    if (gl_.GetError() == GL_OUT_OF_MEMORY) {
+        release_images();
+        return false;
+    }
+    width_px_ = width_px;
+    height_px_ = height_px;
+    return true;
+}
+
+void GlPasses::use(int kernel, bool compute) noexcept {
+    current_ = compute ? compute_programs_[kernel] : fragment_[kernel];
+    gl_.UseProgram(current_);
+}
+void GlPasses::bind(int unit, GLuint texture, GLuint sampler) noexcept {
+    gl_.ActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
+    gl_.BindTexture(GL_TEXTURE_2D, texture);
+    gl_.BindSampler(static_cast<GLuint>(unit), sampler);
+}
+void GlPasses::set(const char* name, float value) noexcept { gl_.Uniform1f(gl_.GetUniformLocation(current_, name), value); }
+void GlPasses::set(const char* name, int x, int y) noexcept { gl_.Uniform2i(gl_.GetUniformLocation(current_, name), x, y); }
+void GlPasses::set(const char* name, int x) noexcept { gl_.Uniform1i(gl_.GetUniformLocation(current_, name), x); }
+
+void GlPasses::write(GLuint texture, int level, int width, int height, bool compute, GLenum format) noexcept {
+    if (compute) {
+        gl_.BindImageTexture(0, texture, level, GL_FALSE, 0, GL_WRITE_ONLY, format);
+        gl_.DispatchCompute(static_cast<GLuint>((width + 7) / 8), static_cast<GLuint>((height + 7) / 8), 1);
+        gl_.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_FRAMEBUFFER_BARRIER_BIT | GL_TEXTURE_UPDATE_BARRIER_BIT);
+        return;
+    }
+    gl_.BindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer_);
+    gl_.FramebufferTexture2D(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture, level);
+    gl_.Viewport(0, 0, width, height);
+    gl_.DrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+bool GlPasses::run(GLuint near, GLuint far, GLuint output, int output_level, int width_px, int height_px, Format format, float step) noexcept {
+    if (!prepare(width_px, height_px)) return false;
+    gl_.BindVertexArray(array_);
+    const int rounds = preset_ == Preset::draft ? 3 : preset_ == Preset::fast ? 6 : preset_ == Preset::balanced ? 8 : 16;
+
+    use(kTiles, false);
+    bind(0, near, nearest_);
+    bind(1, far, nearest_);
+    set("size", width_px, height_px);
+    write(tiles_, 0, (width_px + 15) / 16, (height_px + 15) / 16, false, 0);
+
+    for (const bool of_near : {true, false}) {
+        use(kLuma, false);
+        bind(0, of_near ? near : far, nearest_);
+        set("size", width_px, height_px);
+        set("cell", cell_px_);
+        set("reach", is_float(format) ? 1.0f : 0.0f);
+        set("rounds", format == Format::r8 ? 1 : 0);
+        write(of_near ? levels_[0].luma_near : levels_[0].luma_far, 0, levels_[0].width, levels_[0].height, false, 0);
+        use(kHalve, false);
+        for (std::size_t l = 1; l < levels_.size(); ++l) {
+            bind(0, of_near ? levels_[l - 1].luma_near : levels_[l - 1].luma_far, linear_);
+            set("size", levels_[l - 1].width, levels_[l - 1].height);
+            write(of_near ? levels_[l].luma_near : levels_[l].luma_far, 0, levels_[l].width, levels_[l].height, false, 0);
+        }
+    }
+    for (std::size_t l = levels_.size(); l-- > 0;) {
+        Level& level = levels_[l];
+        const bool coarsest = l + 1 == levels_.size();
+        use(kSearch, compute_);
+        bind(0, level.luma_near, linear_);
+        bind(1, level.luma_far, linear_);
+        bind(2, levels_[coarsest ? l : l + 1].motion[coarsest ? 1 : 0], nearest_);
+        bind(3, tiles_, nearest_);
+        set("size", level.width, level.height);
+        set("cell", cell_px_ << l);
+        set("rounds", rounds);
+        set("reach", coarsest ? 0.0f : -1.0f);
+        write(level.motion[0], 0, level.columns, level.rows, compute_, GL_RGBA16F);
+        use(kRelax, compute_);
+        set("size", level.columns, level.rows);
+        for (int r = 0; r < kRelaxRounds; ++r) {
+            bind(0, level.motion[r % 2], nearest_);
+            write(level.motion[1 - r % 2], 0, level.columns, level.rows, compute_, GL_RGBA16F);
+        }
+    }
+    static_assert(kRelaxRounds % 2 == 0, "the result is in motion[0]");
+    // A level of about 64 pixels judges: enough patches, and few enough for one thread.
+    std::size_t judge = levels_.size() - 1;
+    while (judge > 0 && std::max(levels_[judge].width, levels_[judge].height) < 64) --judge;
+    use(kVerdict, false);
+    bind(0, levels_[judge].motion[0], nearest_);
+    bind(1, levels_[judge].luma_near, linear_);
+    set("size", levels_[judge].columns, levels_[judge].rows);
+    write(verdict_, 0, 1, 1, false, 0);
+
+    use(kDisplacement, compute_);
+    bind(0, levels_[0].motion[0], linear_);
+    set("size", levels_[0].columns, levels_[0].rows);
+    set("cell", cell_px_);
+    set("step_px", step * static_cast<float>(cell_px_));
+    set("reach", std::max(1.0f, kMaxReach * static_cast<float>(std::max(width_px, height_px))));
+    write(displacement_, 0, levels_[0].columns, levels_[0].rows, compute_, GL_RGBA16F);
+
+    current_ = fragment_gather_;
+    GLenum image_format = 0;
+    for (int i = 0; compute_ && i < 3; ++i)
+        if (kStorable[i].format == format) {
+            current_ = gather_compute_[i];
+            image_format = kStorable[i].internal;
+        }
+    gl_.UseProgram(current_);
+    bind(0, near, nearest_);
+    bind(1, displacement_, linear_);
+    bind(2, verdict_, nearest_);
+    bind(3, tiles_, nearest_);
+    set("size", width_px, height_px);
+    set("cell", cell_px_);
+    set("rounds", is_float(format) ? 1 : 0);
+    write(output, output_level, width_px, height_px, image_format != 0, image_format);
+    gl_.BindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer_);
+    gl_.FramebufferTexture2D(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, 0, 0);
+    return true;
+}
+
+}  // namespace fovea::render::extrapolation

@@ -1,0 +1,59 @@
+// The engine as OpenGL ES passes: the same steps as on the processor, each a small kernel that runs as a fragment shader
+// or, where the result is a storable image, as a compute shader.
+//
+//   src1, src2 -> tiles (still or not)          motion per patch, per level, coarse to fine:
+//              -> luma -> its levels     ->     search -> relax x n  ->  judge (cut) -> displacement -> gather -> output
+//
+// Less than the processor's engine: one direction, no projection of occlusions, a linear gather.
+// Threads: the context's thread.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "protocol/error.hpp"
+#include "render/extrapolation/extrapolation.hpp"
+#include "render/extrapolation/gl_functions.hpp"
+
+namespace fovea::render::extrapolation {
+
+class GlPasses {
+public:
+    [[nodiscard]] static Result<std::unique_ptr<GlPasses>> create(const GlFunctions& gl, Preset preset, bool compute);
+    ~GlPasses();
+
+    // Whether an output of this internal format can be written at all by a pass.
+    [[nodiscard]] bool writes(Format format) const noexcept;
+    // `near` is moved by `step` frame times away from `far`. A GlStateGuard with passes is alive. False: out of memory.
+    bool run(GLuint near, GLuint far, GLuint output, int output_level, int width_px, int height_px, Format format, float step) noexcept;
+
+private:
+    struct Level {
+        GLuint luma_near = 0, luma_far = 0, motion[2] = {};
+        int width = 0, height = 0, columns = 0, rows = 0;
+    };
+    explicit GlPasses(const GlFunctions& gl, Preset preset, bool compute) noexcept;
+    [[nodiscard]] Result<void> build();
+    bool prepare(int width_px, int height_px) noexcept;
+    void release_images() noexcept;
+    [[nodiscard]] GLuint make_image(int width, int height) noexcept;
+    void use(int kernel, bool compute) noexcept;
+    void bind(int unit, GLuint texture, GLuint sampler) noexcept;
+    void set(const char* name, float value) noexcept;
+    void set(const char* name, int x, int y) noexcept;
+    void set(const char* name, int x) noexcept;
+    void write(GLuint texture, int level, int width, int height, bool compute, GLenum format) noexcept;
+
+    const GlFunctions& gl_;
+    Preset preset_;
+    bool compute_;
+    int cell_px_ = 4;
+    GLuint fragment_[7] = {}, compute_programs_[7] = {}, gather_compute_[3] = {}, fragment_gather_ = 0, current_ = 0;
+    GLuint array_ = 0, framebuffer_ = 0, linear_ = 0, nearest_ = 0;
+    GLuint tiles_ = 0, verdict_ = 0, displacement_ = 0;
+    std::vector<Level> levels_;
+    int width_px_ = 0, height_px_ = 0;
+    bool float_outputs_ = false;
+};
+
+}  // namespace fovea::render::extrapolation

@@ -1,0 +1,285 @@
+#include "render/extrapolation/gl_extrapolator.hpp"
+
+#include <EGL/egl.h>
+#include <gtest/gtest.h>
+#include <limits>
+
+#include "render/gl/context.hpp"
+#include "tests/render/extrapolation_pictures.hpp"
+
+using namespace fovea::render::extrapolation;
+using fovea::test::moved_noise;
+using fovea::test::Picture;
+using fovea::test::psnr;
+
+namespace {
+
+GlFunction load_gl(const char* name) { return reinterpret_cast<GlFunction>(eglGetProcAddress(name)); }
+const GlFunctions& gl() {
+    static const GlFunctions table = [] {
+        GlFunctions t;
+        EXPECT_EQ(load(t, load_gl), nullptr);
+        return t;
+    }();
+    return table;
+}
+
+struct FormatRow {
+    Format format;
+    GLenum internal, layout, type;
+};
+constexpr FormatRow kRows[] = {{Format::rgba8, GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE}, {Format::rgb8, GL_RGB8, GL_RGB, GL_UNSIGNED_BYTE},
+                               {Format::r8, GL_R8, GL_RED, GL_UNSIGNED_BYTE}, {Format::rgba16f, GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT},
+                               {Format::rgb16f, GL_RGB16F, GL_RGB, GL_HALF_FLOAT}, {Format::rgba32f, GL_RGBA32F, GL_RGBA, GL_FLOAT},
+                               {Format::rgb32f, GL_RGB32F, GL_RGB, GL_FLOAT}};
+const FormatRow& row_of(Format f) { return kRows[static_cast<int>(f)]; }
+
+class ExtrapolationGl : public testing::Test {
+protected:
+    void SetUp() override {
+        auto c = fovea::gl::Context::create();
+        if (!c) GTEST_SKIP() << c.error().message();
+        context_.emplace(std::move(*c));
+    }
+    void TearDown() override {
+        if (!textures_.empty()) gl().DeleteTextures(static_cast<GLsizei>(textures_.size()), textures_.data());
+        textures_.clear();
+    }
+    GLuint texture(const Picture& p, int levels = 1) {
+        GLuint t = 0;
+        gl().GenTextures(1, &t);
+        textures_.push_back(t);
+        gl().BindTexture(GL_TEXTURE_2D, t);
+        const FormatRow& row = row_of(p.format);
+        gl().TexStorage2D(GL_TEXTURE_2D, levels, row.internal, p.width, p.height);
+        gl().PixelStorei(GL_UNPACK_ALIGNMENT, 1);
+        gl().TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, p.width, p.height, row.layout, row.type, p.bytes.data());
+        gl().BindTexture(GL_TEXTURE_2D, 0);
+        return t;
+    }
+    // Only formats that the driver can attach; others come back empty.
+    static std::optional<Picture> read(GLuint t, const Picture& like) {
+        GLuint f = 0;
+        gl().GenFramebuffers(1, &f);
+        gl().BindFramebuffer(GL_READ_FRAMEBUFFER, f);
+        gl().FramebufferTexture2D(GL_READ_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, t, 0);
+        std::optional<Picture> result;
+        if (gl().CheckFramebufferStatus(GL_READ_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) {
+            Picture four(like.width, like.height, is_float(like.format) ? Format::rgba32f : Format::rgba8);
+            gl().PixelStorei(GL_PACK_ALIGNMENT, 1);
+            gl().ReadPixels(0, 0, like.width, like.height, GL_RGBA, is_float(like.format) ? GL_FLOAT : GL_UNSIGNED_BYTE, four.bytes.data());
+            result = four;
+        }
+        gl().BindFramebuffer(GL_READ_FRAMEBUFFER, 0);
+        gl().DeleteFramebuffers(1, &f);
+        return result;
+    }
+    static GlExtrapolator engine(Backend b, Preset p = Preset::fast) {
+        auto e = GlExtrapolator::create(load_gl, {.preset = p, .backend = b});
+        EXPECT_TRUE(e.has_value()) << e.error().message();
+        return std::move(*e);
+    }
+    std::optional<fovea::gl::Context> context_;
+    std::vector<GLuint> textures_;
+};
+
+constexpr Backend kBackends[] = {Backend::processor, Backend::compute, Backend::fragment};
+
+TEST_F(ExtrapolationGl, EveryBackendFollowsAMotionAndLeavesTheSourcesAlone) {
+    const Picture a = moved_noise(200, 150, Format::rgba8, 0, 0), b = moved_noise(200, 150, Format::rgba8, 4.3f, -2.6f), truth = moved_noise(200, 150, Format::rgba8, 6.45f, -3.9f);
+    const GLuint src1 = texture(a), src2 = texture(b, 3), out = texture(a);
+    for (const Backend k : kBackends) {
+        auto e = engine(k);
+        EXPECT_EQ(e.backend(), k);
+        ASSERT_EQ(e.extrapolate(src1, src2, out, 0.5f), static_cast<GLenum>(GL_NO_ERROR)) << backend_name(k);
+        const Picture result = *read(out, a);
+        EXPECT_GT(psnr(result, truth, 12), psnr(b, truth, 12) + 7) << backend_name(k);
+        EXPECT_EQ(*read(src1, a), a);
+        EXPECT_EQ(*read(src2, b), b);
+        ASSERT_EQ(e.extrapolate(src1, src2, out, -0.75f), static_cast<GLenum>(GL_NO_ERROR));
+        const Picture between = moved_noise(200, 150, Format::rgba8, 0.25f * 4.3f, -0.25f * 2.6f);
+        EXPECT_GT(psnr(*read(out, a), between, 12), psnr(a, between, 12) + 5) << backend_name(k);
+        EXPECT_EQ(gl().GetError(), static_cast<GLenum>(GL_NO_ERROR));
+    }
+}
+
+TEST_F(ExtrapolationGl, StaticPairsAndCutsReturnTheLastFrameBitForBit) {
+    for (const FormatRow& row : kRows) {
+        const Picture a = moved_noise(70, 41, row.format, 0, 0), b = moved_noise(70, 41, row.format, 0, 0, 700);
+        const GLuint src1 = texture(a), other = texture(b), out = texture(b), out2 = texture(a);
+        const auto expected = read(src1, a), cut = read(other, b);
+        for (const Backend k : kBackends) {
+            auto e = engine(k);
+            const GLenum error = e.extrapolate(src1, src1, out, 0.5f);
+            if (!expected) continue;   // the driver cannot read such a texture back: nothing can be compared
+            ASSERT_EQ(error, static_cast<GLenum>(GL_NO_ERROR)) << format_name(row.format);
+            EXPECT_EQ(*read(out, a), *expected) << format_name(row.format) << " " << backend_name(k);
+            ASSERT_EQ(e.extrapolate(src1, other, out2, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
+            EXPECT_EQ(*read(out2, a), *cut) << format_name(row.format) << " " << backend_name(k);
+        }
+    }
+}
+
+TEST_F(ExtrapolationGl, ErrorsAreThoseOfTheSpecificationAndWriteNothing) {
+    const Picture a = moved_noise(16, 16, Format::rgba8, 0, 0), b = moved_noise(16, 16, Format::rgba8, 1, 0);
+    const GLuint src1 = texture(a), src2 = texture(b), out = texture(a), half = texture(moved_noise(16, 16, Format::rgba16f, 0, 0)), small = texture(moved_noise(16, 15, Format::rgba8, 0, 0));
+    GLuint odd[3];
+    gl().GenTextures(3, odd);
+    textures_.insert(textures_.end(), odd, odd + 3);
+    gl().BindTexture(GL_TEXTURE_2D, odd[0]);
+    gl().TexStorage2D(GL_TEXTURE_2D, 1, GL_RG8, 16, 16);
+    gl().BindTexture(GL_TEXTURE_CUBE_MAP, odd[1]);
+    gl().TexStorage2D(GL_TEXTURE_CUBE_MAP, 1, GL_RGBA8, 16, 16);
+    gl().BindTexture(GL_TEXTURE_CUBE_MAP, 0);
+    gl().BindTexture(GL_TEXTURE_2D, odd[2]);   // never given an image
+    gl().BindTexture(GL_TEXTURE_2D, 0);
+    const GLenum operation = GL_INVALID_OPERATION, value = GL_INVALID_VALUE;
+    for (const Backend k : kBackends) {
+        auto e = engine(k);
+        EXPECT_EQ(e.extrapolate(src1, src2, out, 0.0f), value);
+        EXPECT_EQ(e.extrapolate(src1, src2, out, -0.0f), value);
+        EXPECT_EQ(e.extrapolate(half, src2, out, 1), operation);
+        EXPECT_EQ(e.extrapolate(src1, src2, half, 1), operation);
+        EXPECT_EQ(e.extrapolate(src1, small, out, 1), operation);
+        EXPECT_EQ(e.extrapolate(odd[0], odd[0], odd[0], 1), operation);
+        EXPECT_EQ(e.extrapolate(odd[1], odd[1], odd[1], 1), operation);
+        EXPECT_EQ(e.extrapolate(odd[2], odd[2], odd[2], 1), operation);
+        EXPECT_EQ(e.extrapolate(0, src2, out, 1), operation);
+        EXPECT_EQ(e.extrapolate(src1, 987654, out, 1), operation);
+        EXPECT_EQ(*read(out, a), a);
+        EXPECT_EQ(gl().GetError(), static_cast<GLenum>(GL_NO_ERROR));
+    }
+}
+
+TEST_F(ExtrapolationGl, FactorsWithoutMeaningRepeatAndTinyTexturesWork) {
+    for (const auto& [w, h] : {std::pair{1, 1}, {1, 19}, {23, 2}, {33, 17}}) {
+        const Picture a = moved_noise(w, h, Format::rgba8, 0, 0), b = moved_noise(w, h, Format::rgba8, 0.7f, 0.4f);
+        const GLuint src1 = texture(a), src2 = texture(b), out = texture(a);
+        for (const Backend k : kBackends) {
+            auto e = engine(k);
+            for (const float factor : {0.5f, -0.3f, 3.0f}) EXPECT_EQ(e.extrapolate(src1, src2, out, factor), static_cast<GLenum>(GL_NO_ERROR));
+            for (const float factor : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 1e30f, 1e-30f}) {
+                EXPECT_EQ(e.extrapolate(src1, src2, out, factor), static_cast<GLenum>(GL_NO_ERROR));
+                EXPECT_EQ(*read(out, b), b) << backend_name(k) << " " << factor << " " << w << "x" << h;
+            }
+            EXPECT_EQ(e.extrapolate(src1, src2, out, -1e30f), static_cast<GLenum>(GL_NO_ERROR));
+            EXPECT_EQ(*read(out, a), a) << backend_name(k);
+        }
+    }
+}
+
+TEST_F(ExtrapolationGl, NansDoNotSpread) {
+    Picture a = moved_noise(80, 64, Format::rgba32f, 0, 0), b = moved_noise(80, 64, Format::rgba32f, 3.5f, 1.5f);
+    b.set(40, 30, {std::numeric_limits<float>::quiet_NaN(), 0, 0, 1});
+    b.set(20, 50, {0, std::numeric_limits<float>::infinity(), 0, 1});
+    const GLuint src1 = texture(a), src2 = texture(b), out = texture(a);
+    for (const Backend k : kBackends) {
+        auto e = engine(k);
+        ASSERT_EQ(e.extrapolate(src1, src2, out, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
+        const Picture result = *read(out, a);
+        for (int y = 0; y < 64; ++y)
+            for (int x = 0; x < 80; ++x) {
+                float v[4];
+                std::memcpy(v, result.at(x, y), 16);
+                const bool finite = std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]) && std::isfinite(v[3]);
+                ASSERT_EQ(finite, !((x == 40 && y == 30) || (x == 20 && y == 50))) << backend_name(k) << " " << x << " " << y;
+            }
+    }
+}
+
+TEST_F(ExtrapolationGl, OutputMayBeASource) {
+    const Picture a = moved_noise(64, 64, Format::rgba8, 0, 0), b = moved_noise(64, 64, Format::rgba8, 3, 1);
+    for (const Backend k : kBackends) {
+        const GLuint src1 = texture(a), src2 = texture(b), out = texture(a);
+        auto e = engine(k);
+        auto reference = engine(Backend::processor);
+        ASSERT_EQ(reference.extrapolate(src1, src2, out, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
+        ASSERT_EQ(e.extrapolate(src1, src2, src2, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
+        EXPECT_EQ(*read(src2, a), *read(out, a));
+    }
+}
+
+TEST_F(ExtrapolationGl, TheApplicationsStateIsAsBefore) {
+    const Picture a = moved_noise(48, 48, Format::rgba8, 0, 0), b = moved_noise(48, 48, Format::rgba8, 2, 1);
+    const GLuint src1 = texture(a), src2 = texture(b), out = texture(a), bound = texture(a), bound3 = texture(b);
+    GLuint framebuffers[2], sampler = 0, array = 0;
+    gl().GenFramebuffers(2, framebuffers);
+    gl().GenSamplers(1, &sampler);
+    gl().GenVertexArrays(1, &array);
+    for (const Backend k : kBackends) {
+        gl().BindVertexArray(array);
+        gl().BindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffers[0]);
+        gl().BindFramebuffer(GL_READ_FRAMEBUFFER, framebuffers[1]);
+        gl().ActiveTexture(GL_TEXTURE3);
+        gl().BindTexture(GL_TEXTURE_2D, bound3);
+        gl().BindSampler(3, sampler);
+        gl().ActiveTexture(GL_TEXTURE0);
+        gl().BindTexture(GL_TEXTURE_2D, bound);
+        gl().ActiveTexture(GL_TEXTURE5);
+        gl().BindImageTexture(0, bound, 0, GL_FALSE, 0, GL_READ_ONLY, GL_RGBA8);
+        gl().PixelStorei(GL_UNPACK_ROW_LENGTH, 77);
+        gl().PixelStorei(GL_PACK_SKIP_ROWS, 3);
+        gl().Viewport(3, 4, 5, 6);
+        gl().Enable(GL_SCISSOR_TEST);
+        gl().Enable(GL_BLEND);
+        gl().ColorMask(GL_TRUE, GL_FALSE, GL_TRUE, GL_FALSE);
+        auto e = engine(k);
+        ASSERT_EQ(e.extrapolate(src1, src2, out, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
+        const auto get = [](GLenum name) {
+            GLint v[4] = {};
+            gl().GetIntegerv(name, v);
+            return v[0];
+        };
+        EXPECT_EQ(get(GL_ACTIVE_TEXTURE), GL_TEXTURE5);
+        EXPECT_EQ(get(GL_VERTEX_ARRAY_BINDING), static_cast<GLint>(array));
+        EXPECT_EQ(get(GL_DRAW_FRAMEBUFFER_BINDING), static_cast<GLint>(framebuffers[0]));
+        EXPECT_EQ(get(GL_READ_FRAMEBUFFER_BINDING), static_cast<GLint>(framebuffers[1]));
+        EXPECT_EQ(get(GL_UNPACK_ROW_LENGTH), 77);
+        EXPECT_EQ(get(GL_PACK_SKIP_ROWS), 3);
+        EXPECT_EQ(get(GL_VIEWPORT), 3);
+        EXPECT_EQ(get(GL_CURRENT_PROGRAM), 0);
+        EXPECT_NE(gl().IsEnabled(GL_SCISSOR_TEST), GL_FALSE);
+        EXPECT_NE(gl().IsEnabled(GL_BLEND), GL_FALSE);
+        EXPECT_EQ(gl().IsEnabled(GL_DEPTH_TEST), GL_FALSE);
+        GLboolean mask[4];
+        gl().GetBooleanv(GL_COLOR_WRITEMASK, mask);
+        EXPECT_EQ(mask[1], GL_FALSE);
+        GLint image = 0;
+        gl().GetIntegeri_v(GL_IMAGE_BINDING_NAME, 0, &image);
+        EXPECT_EQ(image, static_cast<GLint>(bound));
+        gl().ActiveTexture(GL_TEXTURE3);
+        EXPECT_EQ(get(GL_TEXTURE_BINDING_2D), static_cast<GLint>(bound3));
+        EXPECT_EQ(get(GL_SAMPLER_BINDING), static_cast<GLint>(sampler));
+        gl().ActiveTexture(GL_TEXTURE0);
+        EXPECT_EQ(get(GL_TEXTURE_BINDING_2D), static_cast<GLint>(bound));
+        EXPECT_EQ(get(GL_SAMPLER_BINDING), 0);
+        EXPECT_EQ(gl().GetError(), static_cast<GLenum>(GL_NO_ERROR));
+        gl().PixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+        gl().PixelStorei(GL_PACK_SKIP_ROWS, 0);
+        gl().Disable(GL_SCISSOR_TEST);
+        gl().Disable(GL_BLEND);
+        gl().ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+        gl().BindFramebuffer(GL_FRAMEBUFFER, 0);
+        gl().BindImageTexture(0, 0, 0, GL_FALSE, 0, GL_READ_ONLY, GL_RGBA8);
+        gl().BindSampler(3, 0);
+        EXPECT_GT(psnr(*read(out, a), moved_noise(48, 48, Format::rgba8, 3, 1.5f), 8), 25) << "a scissor, mask or blend must not reach the passes";
+    }
+    gl().DeleteFramebuffers(2, framebuffers);
+    gl().DeleteSamplers(1, &sampler);
+    gl().DeleteVertexArrays(1, &array);
+}
+
+TEST_F(ExtrapolationGl, TheProbeChoosesABackendAndSaysWhy) {
+    auto e = GlExtrapolator::create(load_gl);
+    ASSERT_TRUE(e.has_value()) << e.error().message();
+    EXPECT_FALSE(e->reason().empty());
+    RecordProperty("backend", backend_name(e->backend()));
+    RecordProperty("reason", e->reason());
+    if (context_->info().software) {
+        EXPECT_NE(e->reason().find("probe"), std::string::npos);
+    }
+    std::printf("%s: %s; %s\n", context_->info().renderer.c_str(), backend_name(e->backend()), e->reason().c_str());
+    EXPECT_FALSE(GlExtrapolator::create([](const char*) -> GlFunction { return nullptr; }).has_value());
+}
+
+}  // namespace
