@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <new>
 #include <vector>
@@ -87,7 +88,9 @@ struct GlExtrapolator::State {
     [[nodiscard]] bool read(GLuint texture, const TextureInfo& info, std::byte* to) noexcept;
     [[nodiscard]] GLenum on_processor(const GLuint (&names)[3], const TextureInfo (&infos)[3], float factor) noexcept;
     [[nodiscard]] GLenum run(const GLuint (&names)[3], const TextureInfo (&infos)[3], float factor, Backend backend) noexcept;
-    void probe() noexcept;
+    class ProbePair;
+    [[nodiscard]] bool passes_work();
+    void probe();
 };
 
 const char* backend_name(Backend b) noexcept {
@@ -151,42 +154,77 @@ GLenum GlExtrapolator::State::run(const GLuint (&names)[3], const TextureInfo (&
     return ok && gl.GetError() == GL_NO_ERROR ? static_cast<GLenum>(GL_NO_ERROR) : static_cast<GLenum>(GL_OUT_OF_MEMORY);
 }
 
-// Times one moving pair of 256x256 on each side, after one to warm up, and keeps the faster.
-void GlExtrapolator::State::probe() noexcept {
-    constexpr int kSize = 256, kMove = 3;
-    GLuint names[3] = {};
-    GlStateGuard guard(gl, true);
-    gl.GenTextures(3, names);
-    std::vector<std::uint8_t> picture(kSize * kSize * 4);
-    for (int i = 0; i < 3; ++i) {
-        for (int y = 0; y < kSize; ++y)
-            for (int x = 0; x < kSize; ++x) {
-                const int u = x - kMove * i;
-                for (int c = 0; c < 4; ++c) picture[static_cast<std::size_t>(4 * (y * kSize + x) + c)] = static_cast<std::uint8_t>(128 + 60 * std::sin(0.11 * u + 0.05 * y + c) + 60 * std::sin(0.031 * u * (1 + c) - 0.09 * y));
-            }
-        gl.BindTexture(GL_TEXTURE_2D, names[i]);
-        gl.TexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA8, kSize, kSize);
-        gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kSize, kSize, GL_RGBA, GL_UNSIGNED_BYTE, picture.data());
+// A pattern that has moved three pixels in src2 and six in `output`; dies with its guard still alive.
+class GlExtrapolator::State::ProbePair {
+public:
+    ProbePair(const GlFunctions& gl, int size) noexcept : gl_(gl) {
+        constexpr int kMove = 3;
+        gl.GenTextures(3, names);
+        for (int i = 0; i < 3; ++i) {
+            std::vector<std::uint8_t>& picture = pictures[i];
+            picture.resize(static_cast<std::size_t>(4 * size * size));
+            for (int y = 0; y < size; ++y)
+                for (int x = 0; x < size; ++x)
+                    for (int c = 0; c < 4; ++c) {
+                        const int u = x - kMove * i;
+                        picture[static_cast<std::size_t>(4 * (y * size + x) + c)] = static_cast<std::uint8_t>(128 + 60 * std::sin(0.11 * u + 0.05 * y + c) + 60 * std::sin(0.031 * u * (1 + c) - 0.09 * y));
+                    }
+            gl.BindTexture(GL_TEXTURE_2D, names[i]);
+            gl.TexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA8, size, size);
+            gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, size, size, GL_RGBA, GL_UNSIGNED_BYTE, picture.data());
+        }
+        TextureInfo info;
+        info.format = Format::rgba8;
+        info.width = info.height = size;
+        for (TextureInfo& i : infos) i = info;
     }
-    TextureInfo info;
-    info.format = Format::rgba8;
-    info.width = info.height = kSize;
-    const TextureInfo infos[3] = {info, info, info};
+    ~ProbePair() { gl_.DeleteTextures(3, names); }
+    ProbePair(const ProbePair&) = delete;
+    ProbePair& operator=(const ProbePair&) = delete;
+
+    GLuint names[3] = {};
+    TextureInfo infos[3];
+    std::vector<std::uint8_t> pictures[3];
+
+private:
+    const GlFunctions& gl_;
+};
+
+// Whether the passes come closer to the known truth than repeating does: there are drivers whose compute shaders compile,
+// run, and do nothing.
+bool GlExtrapolator::State::passes_work() {
+    constexpr int kSize = 128;
+    GlStateGuard guard(gl, true);
+    const ProbePair pair(gl, kSize);
+    if (run(pair.names, pair.infos, 1.0f, Backend::compute) != GL_NO_ERROR) return false;   // any but the processor: `passes`
+    std::vector<std::byte> out(static_cast<std::size_t>(4 * kSize * kSize));
+    GlStateGuard plain(gl, false);
+    if (!read(pair.names[2], pair.infos[2], out.data())) return false;
+    long off = 0, off_repeated = 0;
+    for (std::size_t i = 0; i < out.size(); ++i) {
+        off += std::abs(std::to_integer<int>(out[i]) - pair.pictures[2][i]);
+        off_repeated += std::abs(pair.pictures[1][i] - pair.pictures[2][i]);
+    }
+    return 2 * off < off_repeated;
+}
+
+// Times a moving pair on each side, after one to warm up, and keeps the faster.
+void GlExtrapolator::State::probe() {
+    constexpr int kSize = 256;
+    GlStateGuard guard(gl, true);
+    const ProbePair pair(gl, kSize);
     const Backend driver = backend;
     double ms[2] = {};
-    bool works = true;
-    for (int side = 0; side < 2; ++side) {
+    for (int side = 0; side < 2; ++side)
         for (int repeat = 0; repeat < 3; ++repeat) {
             gl.Finish();
             const auto start = std::chrono::steady_clock::now();
-            works = run(names, infos, 0.5f, side == 0 ? Backend::processor : driver) == GL_NO_ERROR && works;
+            (void)run(pair.names, pair.infos, 0.5f, side == 0 ? Backend::processor : driver);
             gl.Finish();
             const double took = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
             if (repeat == 1 || (repeat > 1 && took < ms[side])) ms[side] = took;
         }
-    }
-    gl.DeleteTextures(3, names);
-    if (!works || ms[0] <= ms[1]) backend = Backend::processor;
+    if (ms[0] <= ms[1]) backend = Backend::processor;
     char text[128];
     std::snprintf(text, sizeof text, "probe: 256x256 takes %.1f ms on the processor, %.1f ms as %s shaders", ms[0], ms[1], backend_name(driver));
     reason = text;
@@ -220,6 +258,11 @@ Result<GlExtrapolator> GlExtrapolator::create(GlLoader loader, const GlSettings&
             continue;
         }
         state->passes = std::move(*passes);
+        if (!state->passes_work()) {
+            why = std::string(backend_name(b)) + " shaders compile but do not do their work";
+            state->passes.reset();
+            continue;
+        }
         state->backend = b;
         break;
     }
@@ -229,7 +272,7 @@ Result<GlExtrapolator> GlExtrapolator::create(GlLoader loader, const GlSettings&
         return GlExtrapolator(std::move(state));
     }
     if (state->passes == nullptr) {
-        state->reason = "no shader backend works: " + why;
+        state->reason = "no shader backend works here: " + why;
         return GlExtrapolator(std::move(state));
     }
     const auto* renderer = reinterpret_cast<const char*>(gl.GetString(GL_RENDERER));

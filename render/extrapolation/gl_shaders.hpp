@@ -68,7 +68,7 @@ vec4 kernel(ivec2 at) {
 )";
 
 inline constexpr const char* kHalve = R"(
-vec4 kernel(ivec2 at) { return vec4(texture(image0, vec2(2 * at + 1) / vec2(size)).r, 0.0, 0.0, 1.0); }
+vec4 kernel(ivec2 at) { return vec4(textureLod(image0, vec2(2 * at + 1) / vec2(size), 0.0).r, 0.0, 0.0, 1.0); }
 )";
 
 // Inverse compositional search of one patch: sixteen samples, each the mean of 2x2 pixels. Result: motion, cost per sample,
@@ -77,12 +77,12 @@ inline constexpr const char* kSearch = R"(
 float t[16];
 vec2 g[16];
 vec2 origin, mean_g;
-float near_at(vec2 p) { return texture(image0, p / vec2(size)).r; }
+float near_at(vec2 p) { return textureLod(image0, p / vec2(size), 0.0).r; }
 vec4 fit(vec2 m) {   // bx, by, cost
     vec3 sum = vec3(0.0);
     float squares = 0.0;
     for (int i = 0; i < 16; ++i) {
-        float d = texture(image1, (origin + 2.0 * vec2(i & 3, i >> 2) + m) / vec2(size)).r - t[i];
+        float d = textureLod(image1, (origin + 2.0 * vec2(i & 3, i >> 2) + m) / vec2(size), 0.0).r - t[i];
         sum += vec3(g[i] * d, d);
         squares += d * d;
     }
@@ -164,7 +164,7 @@ vec4 kernel(ivec2 at) {
             float s = 0.0, ss = 0.0;
             for (int i = 0; i < 16; ++i) {
                 vec2 p = vec2(4 * ivec2(x, y)) - 3.0 + 2.0 * vec2(i & 3, i >> 2);
-                float v = texture(image1, p / vec2(textureSize(image1, 0))).r;
+                float v = textureLod(image1, p / vec2(textureSize(image1, 0)), 0.0).r;
                 s += v;
                 ss += v * v;
             }
@@ -179,7 +179,7 @@ vec4 kernel(ivec2 at) {
 
 // Where the cell at the output comes from: the motion is followed back to the cell that lands here.
 inline constexpr const char* kDisplacement = R"(
-vec2 motion(vec2 p) { return texture(image0, (p + 0.5) / vec2(size)).xy * step_px; }
+vec2 motion(vec2 p) { return textureLod(image0, (p + 0.5) / vec2(size), 0.0).xy * step_px; }
 vec4 kernel(ivec2 at) {
     vec2 d = motion(vec2(at));
     for (int i = 0; i < 3; ++i) d = motion(vec2(at) + d / float(4 * cell));
@@ -194,7 +194,7 @@ inline constexpr const char* kGather = R"(
 bool finite(vec4 v) { return all(notEqual(floatBitsToUint(v) & 0x7f800000u, uvec4(0x7f800000u))); }
 vec4 kernel(ivec2 at) {
     vec4 own = texelFetch(image0, at, 0);
-    vec2 d = texture(image1, ((vec2(at) + 0.5) / float(4 * cell) + 0.5) / vec2(textureSize(image1, 0))).xy;
+    vec2 d = textureLod(image1, ((vec2(at) + 0.5) / float(4 * cell) + 0.5) / vec2(textureSize(image1, 0)), 0.0).xy;
     float length2 = dot(d, d);
     bool still = texelFetch(image3, at / 16, 0).r > 0.5 && length2 < 0.25;
     if (texelFetch(image2, ivec2(0), 0).r > 0.5 || still || length2 < 1.0 / 65536.0 || (rounds == 1 && !finite(own))) return own;

@@ -36,10 +36,26 @@ const FormatRow& row_of(Format f) { return kRows[static_cast<int>(f)]; }
 
 class ExtrapolationGl : public testing::Test {
 protected:
-    void SetUp() override {
+    struct Side {
+        Backend backend;
+        GlExtrapolator engine;
+    };
+    // One context for all: a software driver compiles its shaders anew in each. Compute shaders do not work on softpipe of
+    // Mesa 22.3, which is what create() then says.
+    static void SetUpTestSuite() {
         auto c = fovea::gl::Context::create();
-        if (!c) GTEST_SKIP() << c.error().message();
+        if (!c) return;
         context_.emplace(std::move(*c));
+        for (const Backend b : {Backend::processor, Backend::compute, Backend::fragment})
+            if (auto e = GlExtrapolator::create(load_gl, {.preset = Preset::fast, .backend = b})) sides_.push_back({b, std::move(*e)});
+        EXPECT_FALSE(sides_.empty());
+    }
+    static void TearDownTestSuite() {
+        sides_.clear();
+        context_.reset();
+    }
+    void SetUp() override {
+        if (!context_) GTEST_SKIP() << "no OpenGL ES context";
     }
     void TearDown() override {
         if (!textures_.empty()) gl().DeleteTextures(static_cast<GLsizei>(textures_.size()), textures_.data());
@@ -74,23 +90,18 @@ protected:
         gl().DeleteFramebuffers(1, &f);
         return result;
     }
-    static GlExtrapolator engine(Backend b, Preset p = Preset::fast) {
-        auto e = GlExtrapolator::create(load_gl, {.preset = p, .backend = b});
-        EXPECT_TRUE(e.has_value()) << e.error().message();
-        return std::move(*e);
-    }
-    std::optional<fovea::gl::Context> context_;
+    static inline std::optional<fovea::gl::Context> context_;
+    static inline std::vector<Side> sides_;
     std::vector<GLuint> textures_;
 };
 
-constexpr Backend kBackends[] = {Backend::processor, Backend::compute, Backend::fragment};
 
 TEST_F(ExtrapolationGl, EveryBackendFollowsAMotionAndLeavesTheSourcesAlone) {
     const Picture a = moved_noise(200, 150, Format::rgba8, 0, 0), b = moved_noise(200, 150, Format::rgba8, 4.3f, -2.6f), truth = moved_noise(200, 150, Format::rgba8, 6.45f, -3.9f);
     const GLuint src1 = texture(a), src2 = texture(b, 3), out = texture(a);
-    for (const Backend k : kBackends) {
-        auto e = engine(k);
+    for (auto& [k, e] : sides_) {
         EXPECT_EQ(e.backend(), k);
+        EXPECT_EQ(e.reason(), "asked for");
         ASSERT_EQ(e.extrapolate(src1, src2, out, 0.5f), static_cast<GLenum>(GL_NO_ERROR)) << backend_name(k);
         const Picture result = *read(out, a);
         EXPECT_GT(psnr(result, truth, 12), psnr(b, truth, 12) + 7) << backend_name(k);
@@ -105,11 +116,10 @@ TEST_F(ExtrapolationGl, EveryBackendFollowsAMotionAndLeavesTheSourcesAlone) {
 
 TEST_F(ExtrapolationGl, StaticPairsAndCutsReturnTheLastFrameBitForBit) {
     for (const FormatRow& row : kRows) {
-        const Picture a = moved_noise(70, 41, row.format, 0, 0), b = moved_noise(70, 41, row.format, 0, 0, 700);
+        const Picture a = moved_noise(201, 163, row.format, 0, 0), b = moved_noise(201, 163, row.format, 0, 0, 700);
         const GLuint src1 = texture(a), other = texture(b), out = texture(b), out2 = texture(a);
         const auto expected = read(src1, a), cut = read(other, b);
-        for (const Backend k : kBackends) {
-            auto e = engine(k);
+        for (auto& [k, e] : sides_) {
             const GLenum error = e.extrapolate(src1, src1, out, 0.5f);
             if (!expected) continue;   // the driver cannot read such a texture back: nothing can be compared
             ASSERT_EQ(error, static_cast<GLenum>(GL_NO_ERROR)) << format_name(row.format);
@@ -134,8 +144,7 @@ TEST_F(ExtrapolationGl, ErrorsAreThoseOfTheSpecificationAndWriteNothing) {
     gl().BindTexture(GL_TEXTURE_2D, odd[2]);   // never given an image
     gl().BindTexture(GL_TEXTURE_2D, 0);
     const GLenum operation = GL_INVALID_OPERATION, value = GL_INVALID_VALUE;
-    for (const Backend k : kBackends) {
-        auto e = engine(k);
+    for (auto& [k, e] : sides_) {
         EXPECT_EQ(e.extrapolate(src1, src2, out, 0.0f), value);
         EXPECT_EQ(e.extrapolate(src1, src2, out, -0.0f), value);
         EXPECT_EQ(e.extrapolate(half, src2, out, 1), operation);
@@ -155,8 +164,7 @@ TEST_F(ExtrapolationGl, FactorsWithoutMeaningRepeatAndTinyTexturesWork) {
     for (const auto& [w, h] : {std::pair{1, 1}, {1, 19}, {23, 2}, {33, 17}}) {
         const Picture a = moved_noise(w, h, Format::rgba8, 0, 0), b = moved_noise(w, h, Format::rgba8, 0.7f, 0.4f);
         const GLuint src1 = texture(a), src2 = texture(b), out = texture(a);
-        for (const Backend k : kBackends) {
-            auto e = engine(k);
+        for (auto& [k, e] : sides_) {
             for (const float factor : {0.5f, -0.3f, 3.0f}) EXPECT_EQ(e.extrapolate(src1, src2, out, factor), static_cast<GLenum>(GL_NO_ERROR));
             for (const float factor : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity(), 1e30f, 1e-30f}) {
                 EXPECT_EQ(e.extrapolate(src1, src2, out, factor), static_cast<GLenum>(GL_NO_ERROR));
@@ -173,8 +181,7 @@ TEST_F(ExtrapolationGl, NansDoNotSpread) {
     b.set(40, 30, {std::numeric_limits<float>::quiet_NaN(), 0, 0, 1});
     b.set(20, 50, {0, std::numeric_limits<float>::infinity(), 0, 1});
     const GLuint src1 = texture(a), src2 = texture(b), out = texture(a);
-    for (const Backend k : kBackends) {
-        auto e = engine(k);
+    for (auto& [k, e] : sides_) {
         ASSERT_EQ(e.extrapolate(src1, src2, out, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
         const Picture result = *read(out, a);
         for (int y = 0; y < 64; ++y)
@@ -189,11 +196,9 @@ TEST_F(ExtrapolationGl, NansDoNotSpread) {
 
 TEST_F(ExtrapolationGl, OutputMayBeASource) {
     const Picture a = moved_noise(64, 64, Format::rgba8, 0, 0), b = moved_noise(64, 64, Format::rgba8, 3, 1);
-    for (const Backend k : kBackends) {
+    for (auto& [k, e] : sides_) {
         const GLuint src1 = texture(a), src2 = texture(b), out = texture(a);
-        auto e = engine(k);
-        auto reference = engine(Backend::processor);
-        ASSERT_EQ(reference.extrapolate(src1, src2, out, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
+        ASSERT_EQ(sides_[0].engine.extrapolate(src1, src2, out, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
         ASSERT_EQ(e.extrapolate(src1, src2, src2, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
         EXPECT_EQ(*read(src2, a), *read(out, a));
     }
@@ -206,7 +211,7 @@ TEST_F(ExtrapolationGl, TheApplicationsStateIsAsBefore) {
     gl().GenFramebuffers(2, framebuffers);
     gl().GenSamplers(1, &sampler);
     gl().GenVertexArrays(1, &array);
-    for (const Backend k : kBackends) {
+    for (auto& [k, e] : sides_) {
         gl().BindVertexArray(array);
         gl().BindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffers[0]);
         gl().BindFramebuffer(GL_READ_FRAMEBUFFER, framebuffers[1]);
@@ -223,7 +228,6 @@ TEST_F(ExtrapolationGl, TheApplicationsStateIsAsBefore) {
         gl().Enable(GL_SCISSOR_TEST);
         gl().Enable(GL_BLEND);
         gl().ColorMask(GL_TRUE, GL_FALSE, GL_TRUE, GL_FALSE);
-        auto e = engine(k);
         ASSERT_EQ(e.extrapolate(src1, src2, out, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
         const auto get = [](GLenum name) {
             GLint v[4] = {};
@@ -267,6 +271,11 @@ TEST_F(ExtrapolationGl, TheApplicationsStateIsAsBefore) {
     gl().DeleteFramebuffers(2, framebuffers);
     gl().DeleteSamplers(1, &sampler);
     gl().DeleteVertexArrays(1, &array);
+}
+
+TEST_F(ExtrapolationGl, ShadersWorkOnTheMainSoftwareDriver) {
+    if (context_->info().renderer.find("llvmpipe") == std::string::npos) GTEST_SKIP() << context_->info().renderer;
+    EXPECT_EQ(sides_.size(), 3u);
 }
 
 TEST_F(ExtrapolationGl, TheProbeChoosesABackendAndSaysWhy) {

@@ -1,0 +1,292 @@
+// `fovea tradeoff extrapolation`: error and time of every way to make the frame in between, in one run.
+#include <fmt/format.h>
+#include <png.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "tools/commands.hpp"
+#include "tools/extrapolation_methods.hpp"
+#include "tools/image_quality.hpp"
+#include "tools/output_file.hpp"
+
+namespace fovea::tools {
+
+namespace {
+
+struct Options {
+    std::vector<std::string> scenes;
+    std::vector<double> speeds = {1};
+    double factor = 0.5, budget_ms = -1;
+    int size_px = 1024, repeats = 5;
+    std::string csv, html;
+    bool json = false;
+};
+
+struct Score {
+    double psnr_db = 0, ssim = 0, ms = 0;
+};
+struct Row {
+    std::string method;
+    bool baseline = false, frontier = false;
+    std::vector<Score> scores;   // one per case
+    Score mean;
+};
+struct Case {
+    std::string scene;
+    double speed;
+};
+struct Crop {
+    std::string scene, method, png;   // png: base64
+    double psnr_db;
+};
+
+// Processor time of all threads of this process: on a shared machine the wall clock measures the neighbours.
+double processor_ms() {
+    timespec t{};
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return static_cast<double>(t.tv_sec) * 1e3 + static_cast<double>(t.tv_nsec) * 1e-6;
+}
+
+double median(std::vector<double> v) {
+    std::sort(v.begin(), v.end());
+    return v[v.size() / 2];
+}
+
+std::string base64(const std::vector<std::uint8_t>& bytes) {
+    constexpr const char* kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    std::string out;
+    for (std::size_t i = 0; i < bytes.size(); i += 3) {
+        const std::uint32_t n = static_cast<std::uint32_t>(bytes[i]) << 16 | (i + 1 < bytes.size() ? static_cast<std::uint32_t>(bytes[i + 1]) << 8 : 0u) | (i + 2 < bytes.size() ? bytes[i + 2] : 0u);
+        out += kDigits[n >> 18 & 63];
+        out += kDigits[n >> 12 & 63];
+        out += i + 1 < bytes.size() ? kDigits[n >> 6 & 63] : '=';
+        out += i + 2 < bytes.size() ? kDigits[n & 63] : '=';
+    }
+    return out;
+}
+
+struct Window {
+    int x = 0, y = 0, edge = 0;
+};
+
+// Where repeating the last frame is most wrong: that is where methods differ.
+Window worst_window(const std::vector<std::uint8_t>& held, const std::vector<std::uint8_t>& truth, int size) {
+    Window best{0, 0, std::min(size, 192)};
+    double most = -1;
+    for (int y = 0; y + best.edge <= size; y += best.edge / 2)
+        for (int x = 0; x + best.edge <= size; x += best.edge / 2) {
+            double sum = 0;
+            for (int j = y; j < y + best.edge; j += 2)
+                for (int i = x; i < x + best.edge; i += 2)
+                    for (int c = 0; c < 3; ++c) {
+                        const auto at = static_cast<std::size_t>(4 * (j * size + i) + c);
+                        const int d = held[at] - truth[at];
+                        sum += d * d;
+                    }
+            if (sum > most) {
+                most = sum;
+                best.x = x;
+                best.y = y;
+            }
+        }
+    return best;
+}
+
+std::string crop_png(const std::vector<std::uint8_t>& rgba, int size, const Window& w) {
+    std::vector<std::uint8_t> pixels;
+    for (int y = w.y; y < w.y + w.edge; ++y)
+        for (int x = w.x; x < w.x + w.edge; ++x)
+            for (int c = 0; c < 3; ++c) pixels.push_back(rgba[static_cast<std::size_t>(4 * (y * size + x) + c)]);
+    png_image image{};
+    image.version = PNG_IMAGE_VERSION;
+    image.width = image.height = static_cast<png_uint_32>(w.edge);
+    image.format = PNG_FORMAT_RGB;
+    png_alloc_size_t bytes = 0;
+    if (png_image_write_to_memory(&image, nullptr, &bytes, 0, pixels.data(), 0, nullptr) == 0) return {};
+    std::vector<std::uint8_t> png(bytes);
+    if (png_image_write_to_memory(&image, png.data(), &bytes, 0, pixels.data(), 0, nullptr) == 0) return {};
+    png.resize(bytes);
+    return base64(png);
+}
+
+void mark_frontier(std::vector<Row>& rows) {
+    for (Row& a : rows)
+        a.frontier = std::none_of(rows.begin(), rows.end(), [&](const Row& b) {
+            return b.mean.psnr_db >= a.mean.psnr_db && b.mean.ms <= a.mean.ms && (b.mean.psnr_db > a.mean.psnr_db || b.mean.ms < a.mean.ms);
+        });
+}
+
+std::string case_name(const Case& c) { return fmt::format("{}/{:g}", c.scene, c.speed); }
+
+std::string to_text(const std::vector<Row>& rows, const std::vector<Case>& cases) {
+    std::string s = fmt::format("PSNR, dB (columns: scene, speed); * on the Pareto frontier of mean PSNR and mean time\n  {:<14}{:>8}{:>8}{:>8}", "method", "ms", "PSNR", "SSIM");
+    for (const Case& c : cases) s += fmt::format(" {:>{}}", case_name(c).substr(0, 13), 7);
+    s += '\n';
+    for (const Row& r : rows) {
+        s += fmt::format("{} {:<14}{:>8.1f}{:>8.2f}{:>8.4f}", r.frontier ? '*' : ' ', r.method, r.mean.ms, r.mean.psnr_db, r.mean.ssim);
+        for (std::size_t i = 0; i < cases.size(); ++i) s += fmt::format(" {:>{}.2f}", r.scores[i].psnr_db, std::max<std::size_t>(7, case_name(cases[i]).substr(0, 13).size()));
+        s += '\n';
+    }
+    return s;
+}
+
+std::string to_csv(const std::vector<Row>& rows, const std::vector<Case>& cases) {
+    std::string s = "method,baseline,frontier,scene,speed,psnr_db,ssim,processor_ms\n";
+    for (const Row& r : rows)
+        for (std::size_t i = 0; i < cases.size(); ++i)
+            s += fmt::format("{},{:d},{:d},{},{:g},{:.3f},{:.5f},{:.3f}\n", r.method, r.baseline, r.frontier, cases[i].scene, cases[i].speed, r.scores[i].psnr_db, r.scores[i].ssim, r.scores[i].ms);
+    return s;
+}
+
+std::string to_json(const std::vector<Row>& rows, const std::vector<Case>& cases, const Options& o) {
+    nlohmann::json all = {{"size_px", o.size_px}, {"factor", o.factor}, {"methods", nlohmann::json::array()}};
+    for (const Row& r : rows) {
+        nlohmann::json row = {{"method", r.method}, {"baseline", r.baseline}, {"frontier", r.frontier}, {"processor_ms", r.mean.ms}, {"psnr_db", r.mean.psnr_db}, {"ssim", r.mean.ssim}, {"cases", nlohmann::json::array()}};
+        for (std::size_t i = 0; i < cases.size(); ++i)
+            row["cases"].push_back({{"scene", cases[i].scene}, {"speed", cases[i].speed}, {"psnr_db", r.scores[i].psnr_db}, {"ssim", r.scores[i].ssim}, {"processor_ms", r.scores[i].ms}});
+        all["methods"].push_back(std::move(row));
+    }
+    return all.dump(1) + "\n";
+}
+
+std::string plot(const std::vector<Row>& rows) {
+    constexpr double kWidth = 760, kHeight = 400, kLeft = 60, kBottom = 40;
+    double low_db = 1e9, high_db = -1e9, low_ms = 1e9, high_ms = 0;
+    for (const Row& r : rows) {
+        low_db = std::min(low_db, r.mean.psnr_db);
+        high_db = std::max(high_db, r.mean.psnr_db);
+        low_ms = std::min(low_ms, std::max(r.mean.ms, 0.1));
+        high_ms = std::max(high_ms, r.mean.ms);
+    }
+    const double log_low = std::log10(low_ms) - 0.1, log_high = std::log10(std::max(high_ms, 2 * low_ms)) + 0.35;
+    const auto x = [&](double ms) { return kLeft + (std::log10(std::max(ms, 0.1)) - log_low) / (log_high - log_low) * (kWidth - kLeft - 10); };
+    const auto y = [&](double db) { return kHeight - kBottom - (db - low_db + 1) / (high_db - low_db + 2) * (kHeight - kBottom - 10); };
+    std::string s = fmt::format("<svg viewBox='0 0 {0} {1}' width='{0}' font-family='sans-serif' font-size='12'>", kWidth, kHeight);
+    for (double db = std::ceil(low_db / 5) * 5; db <= high_db; db += 5)
+        s += fmt::format("<line x1='{0}' x2='{1}' y1='{2:.1f}' y2='{2:.1f}' stroke='#ddd'/><text x='{3}' y='{4:.1f}' text-anchor='end'>{5:.0f}</text>", kLeft, kWidth - 10, y(db), kLeft - 5, y(db) + 4, db);
+    for (const double ms : {0.1, 1.0, 10.0, 100.0, 1000.0})
+        if (std::log10(ms) > log_low && std::log10(ms) < log_high)
+            s += fmt::format("<line x1='{0:.1f}' x2='{0:.1f}' y1='10' y2='{1}' stroke='#ddd'/><text x='{0:.1f}' y='{2}' text-anchor='middle'>{3:g}</text>", x(ms), kHeight - kBottom, kHeight - kBottom + 16, ms);
+    std::vector<const Row*> frontier;
+    for (const Row& r : rows)
+        if (r.frontier) frontier.push_back(&r);
+    std::sort(frontier.begin(), frontier.end(), [](const Row* a, const Row* b) { return a->mean.ms < b->mean.ms; });
+    s += "<polyline fill='none' stroke='#2f855a' points='";
+    for (const Row* r : frontier) s += fmt::format("{:.1f},{:.1f} ", x(r->mean.ms), y(r->mean.psnr_db));
+    s += "'/>";
+    for (const Row& r : rows)
+        s += fmt::format("<circle cx='{:.1f}' cy='{:.1f}' r='4' fill='{}'/><text x='{:.1f}' y='{:.1f}'>{}</text>", x(r.mean.ms), y(r.mean.psnr_db), r.baseline ? "#888" : "#1b6ca8", x(r.mean.ms) + 7, y(r.mean.psnr_db) + 4, r.method);
+    return s + fmt::format("<text x='{}' y='{}' text-anchor='middle'>processor time, ms (log)</text><text x='4' y='20'>dB</text></svg>\n", kWidth / 2, kHeight - 6);
+}
+
+std::string to_html(const std::vector<Row>& rows, const std::vector<Case>& cases, const std::vector<Crop>& crops, const Options& o) {
+    std::string s = fmt::format("<!doctype html><html lang='en'><meta charset='utf-8'><title>Fovea: frame extrapolation, error against time</title>\n"
+                                "<style>body{{font-family:sans-serif;margin:2em}}td,th{{padding:2px 8px;text-align:right}}td:first-child,th:first-child{{text-align:left}}figure{{display:inline-block;margin:4px}}figcaption{{font-size:12px}}.f{{font-weight:bold}}</style>\n"
+                                "<h1>Frame extrapolation: error against time</h1><p>{0}x{0} RGBA8, factor {1:g}; mean PSNR over {2} cases against the frame rendered at that time; grey: baselines; the green line joins what nothing beats in both.</p>\n", o.size_px, o.factor, cases.size());
+    s += plot(rows) + "<table><tr><th>method<th>ms<th>PSNR<th>SSIM";
+    for (const Case& c : cases) s += "<th>" + case_name(c);
+    for (const Row& r : rows) {
+        s += fmt::format("\n<tr{}><td>{}<td>{:.1f}<td>{:.2f}<td>{:.4f}", r.frontier ? " class='f'" : "", r.method, r.mean.ms, r.mean.psnr_db, r.mean.ssim);
+        for (const Score& c : r.scores) s += fmt::format("<td>{:.2f}", c.psnr_db);
+    }
+    s += "</table>\n<h2>Where repeating the last frame is most wrong</h2>\n";
+    std::string scene;
+    for (const Crop& c : crops) {
+        if (c.scene != scene) s += fmt::format("{}<h3>{}</h3>\n", scene.empty() ? "" : "", c.scene);
+        scene = c.scene;
+        s += fmt::format("<figure><img alt='{0}: {1}' src='data:image/png;base64,{2}'><figcaption>{1}{3}</figcaption></figure>\n", c.scene, c.method, c.png, c.psnr_db > 0 ? fmt::format(", {:.1f} dB", c.psnr_db) : "");
+    }
+    return s + "</html>\n";
+}
+
+int fail_with(const Error& error, int code) {
+    fmt::print(stderr, "fovea tradeoff extrapolation: {}\n", error.message());
+    return code;
+}
+
+int run(const Options& o) {
+    std::vector<Case> cases;
+    for (const double speed : o.speeds)
+        for (const SceneRow& s : extrapolation_scenes())
+            if (o.scenes.empty() || std::find(o.scenes.begin(), o.scenes.end(), s.name) != o.scenes.end()) cases.push_back({s.name, speed});
+    auto methods = extrapolation_methods();
+    std::vector<Row> rows;
+    for (const auto& m : methods) rows.push_back({m.name, m.baseline, false, {}, {}});
+    std::vector<Crop> crops;
+    const bool terminal = ::isatty(STDERR_FILENO) != 0;
+    std::size_t done = 0;
+    for (const Case& c : cases) {
+        fmt::print(stderr, "{}{} of {}: {}{}", terminal ? "\r\033[K" : "", ++done, cases.size(), case_name(c), terminal ? "" : "\n");
+        const ExtrapolationScene scene(c.scene, c.speed);
+        const SceneFrame src1 = scene.render(0, o.size_px, false), src2 = scene.render(1, o.size_px, true), truth = scene.render(1 + o.factor, o.size_px, false);
+        const ExtrapolationInput input{&src1, &src2, &scene, static_cast<float>(o.factor)};
+        const Window window = worst_window(src2.rgba, truth.rgba, o.size_px);
+        const bool with_crops = c.speed == o.speeds.front();
+        if (with_crops) crops.push_back({case_name(c), "rendered at that time", crop_png(truth.rgba, o.size_px, window), 0});
+        std::vector<std::uint8_t> out(src1.rgba.size());
+        std::vector<std::vector<double>> times(methods.size());
+        // Once to warm up; then in turn, so that a slow moment of the machine meets every method.
+        for (int repeat = 0; repeat <= o.repeats; ++repeat)
+            for (std::size_t m = 0; m < methods.size(); ++m) {
+                const double before = processor_ms();
+                methods[m].run(input, out);
+                if (repeat > 0) times[m].push_back(processor_ms() - before);
+                if (repeat < o.repeats) continue;
+                rows[m].scores.push_back({psnr_db(out, truth.rgba), ssim(out, truth.rgba, o.size_px, o.size_px), median(times[m])});
+                if (with_crops) crops.push_back({case_name(c), methods[m].name, crop_png(out, o.size_px, window), rows[m].scores.back().psnr_db});
+            }
+    }
+    if (terminal) fmt::print(stderr, "\r\033[K");
+    for (Row& r : rows) {
+        for (const Score& s : r.scores) {
+            r.mean.psnr_db += s.psnr_db / static_cast<double>(cases.size());
+            r.mean.ssim += s.ssim / static_cast<double>(cases.size());
+            r.mean.ms += s.ms / static_cast<double>(cases.size());
+        }
+    }
+    mark_frontier(rows);
+    fmt::print("{}", o.json ? to_json(rows, cases, o) : to_text(rows, cases));
+    if (!o.csv.empty())
+        if (auto ok = write_file(o.csv, to_csv(rows, cases)); !ok) return fail_with(ok.error(), kFailed);
+    if (!o.html.empty())
+        if (auto ok = write_file(o.html, to_html(rows, cases, crops, o)); !ok) return fail_with(ok.error(), kFailed);
+    if (o.budget_ms >= 0) {
+        const Row* best = nullptr;
+        for (const Row& r : rows)
+            if (r.mean.ms <= o.budget_ms && !r.baseline && (best == nullptr || r.mean.psnr_db > best->mean.psnr_db)) best = &r;
+        if (best == nullptr) return fail_with({fmt::format("no preset takes {:g} ms or less", o.budget_ms), "", "allow more with --budget-ms"}, kFailed);
+        fmt::print(stderr, "within {:g} ms: {} ({:.1f} ms, {:.2f} dB)\n", o.budget_ms, best->method, best->mean.ms, best->mean.psnr_db);
+    }
+    return kSuccess;
+}
+
+}  // namespace
+
+void add_tradeoff_extrapolation(CLI::App& parent, int* exit_code);
+void add_tradeoff_extrapolation(CLI::App& parent, int* exit_code) {
+    auto o = std::make_shared<Options>();
+    auto* c = parent.add_subcommand("extrapolation", "Frame extrapolation: PSNR and SSIM against the frame really rendered, and processor time");
+    std::vector<std::string> names;
+    for (const SceneRow& s : extrapolation_scenes()) names.emplace_back(s.name);
+    c->add_option("--scene", o->scenes, "Only these scenes")->check(CLI::IsMember(names));
+    c->add_option("--speed", o->speeds, "Speeds; 1 is about 7 pixels per frame at 1024x1024 (default 1)")->check(CLI::Range(0.0, 20.0));
+    c->add_option("--factor", o->factor, "How far ahead, frame times (default 0.5)")->check(CLI::Range(-1.0, 2.0));
+    c->add_option("--size", o->size_px, "Edge of the pictures, pixels (default 1024)")->check(CLI::Range(32, 4096));
+    c->add_option("--repeat", o->repeats, "Timed runs per method and case; the median counts (default 5)")->check(CLI::Range(1, 1000));
+    c->add_option("--budget-ms", o->budget_ms, "Name the best preset within this processor time per frame")->check(CLI::Range(0.0, 1e6));
+    c->add_option("--csv", o->csv, "Also write every score here");
+    c->add_option("--html", o->html, "Also write a self-contained page with plot and crops here");
+    c->add_flag("--json", o->json, "Print JSON instead of the table");
+    std::string footer = "Scenes:\n";
+    for (const SceneRow& s : extrapolation_scenes()) footer += fmt::format("  {:<12} {}\n", s.name, s.what);
+    c->footer(footer + "Example: fovea tradeoff extrapolation --speed 0.5 1 2 --html extrapolation.html\n"
+                       "Exit codes: 0 measured, 1 cannot write or nothing within the budget, 2 wrong usage.");
+    c->callback([o, exit_code] { *exit_code = run(*o); });
+}
+
+}  // namespace fovea::tools
