@@ -164,6 +164,7 @@ bool TextTable::next_row() {
     while (!failed() && take_line()) {
         if (trimmed(text_).empty()) continue;
         split();
+        if (cells_.size() == names_.size() + 1 && trimmed(cells_.back()).empty()) cells_.pop_back();
         if (cells_.size() == names_.size()) return true;
         const std::string counts =
             std::to_string(cells_.size()) + " cells where the header has " + std::to_string(names_.size());

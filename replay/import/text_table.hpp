@@ -28,8 +28,8 @@ public:
     std::size_t need(std::string_view name);
     [[nodiscard]] const std::vector<std::string>& names() const noexcept { return names_; }
 
-    // Goes to the next line that is not blank; false at the end or after an error. A line with fewer cells than
-    // the header is an error (torn line); so is one with more.
+    // Goes to the next line that is not blank; false at the end or after an error. A line with fewer cells than the
+    // header is an error (torn line); so is one with more, a delimiter at the very end aside.
     bool next_row();
     [[nodiscard]] std::size_t line() const noexcept { return line_; }
     // The last line read did not end in a newline.

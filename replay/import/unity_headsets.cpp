@@ -90,21 +90,32 @@ Result<Recording> read_jov2023(const ImportInput& input) {
 
 bool recognise_pico_neo3(std::string_view prefix) {
     const std::string_view header = first_line(prefix);
-    return has_cell(header, '\t', "Timeline") && has_cell(header, '\t', "Combine Eye Gaze Vector. x");
+    return has_cell(header, '\t', "Timeline") && header.find("Combine Eye Gaze Vector.") != header.npos;
 }
 
 // Timeline: seconds. Pose Status 52: tracked. Openness is only ever 0 or 1. The columns are those of EveCharbie/
-// EyeDentify3d's documentation; its axes are taken to be Unity's, which no file here could confirm.
+// EyeDentify3d's documentation; its axes are taken to be Unity's, which no file here could confirm. Where forward is -z
+// the axes are OpenXR's, as in Pico's native interface.
 Result<Recording> read_pico_neo3(const ImportInput& input) {
     constexpr double kTracked = 52;
     TextTable table(input.path, input.content, '\t');
     if (!table.read_header()) return table.error();
-    const std::size_t time = table.need("Timeline"), x = table.need("Combine Eye Gaze Vector. x"),
-                      y = table.need("Combine Eye Gaze Vector. y"), z = table.need("Combine Eye Gaze Vector. z"),
+    // With or without a blank before the axis.
+    const auto axis = [&](const std::string& name, const char* letter) {
+        const auto i = table.find(name + letter);
+        return i ? i : table.find(name + " " + letter);
+    };
+    const auto need_axis = [&](const std::string& name, const char* letter) {
+        const auto i = axis(name, letter);
+        return i ? *i : table.need(name + " " + letter);
+    };
+    const std::string gaze = "Combine Eye Gaze Vector.";
+    const std::size_t time = table.need("Timeline"), x = need_axis(gaze, "x"), y = need_axis(gaze, "y"),
+                      z = need_axis(gaze, "z"),
                       left = table.need("Left Eye Pose Status"), right = table.need("Right Eye Pose Status");
     const auto open_left = table.find("Left Eye Gaze Openness"), open_right = table.find("Right Eye Gaze Openness"),
-               head_x = table.find("Head Rotation. x"), head_y = table.find("Head Rotation. y"),
-               head_z = table.find("Head Rotation. z");
+               head_x = axis("Head Rotation.", "x"), head_y = axis("Head Rotation.", "y"),
+               head_z = axis("Head Rotation.", "z");
     Recording recording{{"pico_neo3", "Pico Neo 3 Pro Eye", "", "", 0, false, head_x && head_y && head_z}, {}};
     while (table.next_row()) {
         RecordedSample r;
@@ -120,7 +131,8 @@ Result<Recording> read_pico_neo3(const ImportInput& input) {
         if (n2 > 0 && (n2 < 0.64 || n2 > 1.44))
             table.fail_at(x, "the direction is not a unit vector", "this is not a file of this kind");
         if (table.number(left) == kTracked || table.number(right) == kTracked)
-            set_gaze(s.eye(Eye::combined), from_right_up_forward(dx, dy, dz));
+            set_gaze(s.eye(Eye::combined),
+                     dz < 0 ? Direction<HeadFrame>::from({dx, dy, dz}) : from_right_up_forward(dx, dy, dz));
         if (recording.info.has_head_pose)
             s.head = head_from_unity_euler(table.number(head_x), table.number(head_y), table.number(head_z));
         recording.samples.push_back(r);

@@ -371,6 +371,11 @@ TEST(PicoNeo3, ReadsTheDocumentedColumns) {
     expect_direction(combined(*r, 0).gaze_dir_head, 0.6, 0, -0.8);
     EXPECT_FALSE(combined(*r, 1).valid);
     EXPECT_EQ(combined(*r, 1).openness, 0);
+    const auto native = load_text(
+        "Timeline\tLeft Eye Pose Status\tRight Eye Pose Status\tCombine Eye Gaze Vector.x\tCombine Eye Gaze Vector.y\t"
+        "Combine Eye Gaze Vector.z\r\n1\t52\t52\t0.6\t0\t-0.8\t\r\n");
+    ASSERT_TRUE(native) << native.error().message();
+    expect_direction(combined(*native, 0).gaze_dir_head, 0.6, 0, -0.8);
 }
 
 TEST(Etdqualitizer, TurnsCentredPixelsIntoAngles) {
