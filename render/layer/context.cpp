@@ -324,11 +324,13 @@ void Context::release_images() {
     for (Kept& kept : kept_)
         if (kept.owner) kept.owner->targets = nullptr, kept.owner->mode = Pass::Mode::none;
     kept_.clear();
+    extrapolator_.reset();
 }
 
 void Context::abandon() noexcept {
     for (Kept& kept : kept_) kept.targets->abandon();
     own_.abandon();
+    (void)extrapolator_.release();  // its destructor would delete objects of whichever context is current
 }
 
 }  // namespace fovea::layer

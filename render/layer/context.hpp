@@ -20,6 +20,7 @@
 
 #include "layer_gl.hpp"
 #include "render/density/plan.hpp"
+#include "render/extrapolation/gl_extrapolator.hpp"
 #include "render/layer/command_log.hpp"
 #include "render/layer/foveation_state.hpp"
 #include "render/layer/stats.hpp"
@@ -149,6 +150,9 @@ public:
     [[nodiscard]] GLuint keep_buffer(GLuint buffer, GLintptr offset, GLsizeiptr size);
     [[nodiscard]] bool buffer_storage() const noexcept { return buffer_storage_; }
 
+    // Made by the first extrapolation.
+    [[nodiscard]] std::unique_ptr<render::extrapolation::GlExtrapolator>& extrapolator() noexcept { return extrapolator_; }
+
     // Queries and transform feedback.
     void begin_query(GLenum target, Call call);
     void end_query(GLenum target, Call call);
@@ -213,6 +217,7 @@ private:
     std::vector<Kept> kept_;
     std::uint64_t use_ = 0;
     OwnDrawing own_;
+    std::unique_ptr<render::extrapolation::GlExtrapolator> extrapolator_;
     std::uint64_t frame_ = 1;
     std::vector<GLuint> deletions_, kept_buffers_;
     std::unordered_map<GLuint, ProgramFacts> facts_;

@@ -8,7 +8,6 @@
 #include <string>
 
 #include "render/layer/context.hpp"
-#include "render/layer/extrapolate.hpp"
 
 namespace fovea::layer {
 namespace {
@@ -23,7 +22,7 @@ Added added_extensions(const Context& c) {
     if (!c.active()) return added;
     if (!c.native().framebuffer_foveated) added.names[added.count++] = "GL_QCOM_framebuffer_foveated";
     if (!c.native().texture_foveated) added.names[added.count++] = "GL_QCOM_texture_foveated";
-    if (!c.native().frame_extrapolation && can_extrapolate()) added.names[added.count++] = "GL_QCOM_frame_extrapolation";
+    if (!c.native().frame_extrapolation) added.names[added.count++] = "GL_QCOM_frame_extrapolation";
     return added;
 }
 

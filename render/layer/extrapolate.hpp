@@ -1,10 +1,9 @@
-// glExtrapolateTex2DQCOM: the checks and errors of GL_QCOM_frame_extrapolation; the pictures come from
-// render/extrapolation.
+// glExtrapolateTex2DQCOM, whose pictures, checks and errors come from render/extrapolation.
 #pragma once
 
 namespace fovea::layer {
 
-// Whether this build has an engine; the extension is listed only then.
-[[nodiscard]] bool can_extrapolate() noexcept;
+// The driver's function of that name, past the layer; nullptr: it has none.
+[[nodiscard]] void (*driver_function(const char* name))();
 
 }  // namespace fovea::layer

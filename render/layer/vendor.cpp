@@ -19,6 +19,8 @@
 #include <memory>
 #include <mutex>
 
+#include "render/layer/extrapolate.hpp"
+
 namespace fovea::layer {
 namespace {
 
@@ -212,6 +214,9 @@ const char* vendor_name() {
 }
 
 }  // namespace
+
+void (*driver_function(const char* name))() { return reinterpret_cast<void (*)()>(driver_address(name)); }
+
 }  // namespace fovea::layer
 
 extern "C" __attribute__((visibility("default"))) EGLBoolean __egl_Main(uint32_t version, const __EGLapiExports* exports,

@@ -65,10 +65,11 @@ TEST_F(FramebufferFoveated, IsListedInBothKindsOfExtensionString) {
     std::string joined;
     for (GLint i = 0; i < count; ++i) {
         const std::string name = reinterpret_cast<const char*>(glGetStringi(GL_EXTENSIONS, static_cast<GLuint>(i)));
-        found += name == "GL_QCOM_framebuffer_foveated" || name == "GL_QCOM_texture_foveated";
+        found += name == "GL_QCOM_framebuffer_foveated" || name == "GL_QCOM_texture_foveated" ||
+                 name == "GL_QCOM_frame_extrapolation";
         EXPECT_NE((" " + all + " ").find(" " + name + " "), std::string::npos) << name;
     }
-    EXPECT_EQ(found, 2);
+    EXPECT_EQ(found, 3);
     EXPECT_GL(GL_NO_ERROR);
     EXPECT_EQ(glGetStringi(GL_EXTENSIONS, static_cast<GLuint>(count)), nullptr);
     EXPECT_GL(GL_INVALID_VALUE);

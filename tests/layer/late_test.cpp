@@ -372,7 +372,12 @@ TEST_F(Late, DepthSurvivesTheWayBackToFullDensity) {
         "#version 310 es\nvoid main() { gl_Position = vec4(float(gl_VertexID & 1) * 4.0 - 1.0, float(gl_VertexID >> 1) * 4.0 - 1.0, 0.5, 1); }",
         "#version 310 es\nprecision highp float; layout(binding = 0) uniform atomic_uint n; out vec4 c;\n"
         "void main() { atomicCounterIncrement(n); c = vec4(1, 0, 0, 1); }");
-    const Surface s = foveated();
+    const Surface s = surface(256, 256);
+    glClear(GL_DEPTH_BUFFER_BIT);  // the program's own depth buffer: everything would be in front of it
+    glFinish();
+    foveate(s);
+    focus(s, 0, 0, 8);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     glEnable(GL_DEPTH_TEST);
     draw_triangle(-1, -1, 4, -0.5f, {0, 1, 0, 1});
     glFlush();

@@ -1,0 +1,121 @@
+// GL_QCOM_frame_extrapolation through the layer: listing, errors, and that programs see nothing but the output change.
+// What the pictures look like is tested with the engine (tests/render).
+#include <cmath>
+
+#include "tests/layer/layer_test.hpp"
+
+namespace fovea::layer_test {
+
+class FrameExtrapolation : public LayerTest {
+protected:
+    GLuint square(int x, int size = 64) {
+        const GLuint t = texture(size, size);
+        std::vector<Rgba> pixels(static_cast<std::size_t>(size * size));
+        for (int row = 0; row < size; ++row)
+            for (int column = 0; column < size; ++column) {
+                const int u = column - x, v = row - 20;
+                const bool inside = u >= 0 && u < 20 && v >= 0 && v < 20;
+                pixels[static_cast<std::size_t>(row * size + column)] =
+                    inside ? Rgba{static_cast<std::uint8_t>(100 + 7 * u), static_cast<std::uint8_t>(90 + 8 * v), static_cast<std::uint8_t>((u * v) % 256), 255}
+                           : Rgba{20, 20, 20, 255};
+            }
+        glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, size, size, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
+        return t;
+    }
+    Picture read_texture(GLuint t, int size = 64) {
+        Surface s{.framebuffer = 0, .color = t, .depth = 0, .width = size, .height = size};
+        glGenFramebuffers(1, &s.framebuffer);
+        glBindFramebuffer(GL_FRAMEBUFFER, s.framebuffer);
+        glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, t, 0);
+        return read(s);
+    }
+};
+
+TEST_F(FrameExtrapolation, AScaleFactorOfZeroIsAnInvalidValue) {
+    const GLuint a = square(10), b = square(14), out = texture(64, 64);
+    ext.extrapolate(a, b, out, 0.0f);
+    EXPECT_GL(GL_INVALID_VALUE);
+    ext.extrapolate(a, b, out, -0.0f);
+    EXPECT_GL(GL_INVALID_VALUE);
+}
+
+TEST_F(FrameExtrapolation, FormatsThatDifferAreInvalidOperations) {
+    const GLuint a = square(10), b = square(14), half = texture(64, 64, GL_RGBA16F);
+    ext.extrapolate(a, b, half, 0.5f);
+    EXPECT_GL(GL_INVALID_OPERATION);
+    ext.extrapolate(half, b, a, 0.5f);
+    EXPECT_GL(GL_INVALID_OPERATION);
+    ext.extrapolate(a, half, b, 0.5f);
+    EXPECT_GL(GL_INVALID_OPERATION);
+}
+
+TEST_F(FrameExtrapolation, SizesThatDifferAreInvalidOperations) {
+    const GLuint a = square(10), b = square(14), larger = texture(65, 64);
+    ext.extrapolate(a, b, larger, 0.5f);
+    EXPECT_GL(GL_INVALID_OPERATION);
+    ext.extrapolate(larger, a, b, 0.5f);
+    EXPECT_GL(GL_INVALID_OPERATION);
+}
+
+TEST_F(FrameExtrapolation, FormatsOutsideTheTableAreInvalidOperations) {
+    for (const GLenum format : {GL_RGBA8UI, GL_RG8, GL_RGB10_A2, GL_SRGB8_ALPHA8, GL_DEPTH_COMPONENT24}) {
+        const GLuint a = texture(16, 16, format), b = texture(16, 16, format), out = texture(16, 16, format);
+        ext.extrapolate(a, b, out, 0.5f);
+        EXPECT_GL(GL_INVALID_OPERATION);
+    }
+}
+
+TEST_F(FrameExtrapolation, EveryFormatOfTheTableIsAccepted) {
+    for (const GLenum format : {GL_RGBA8, GL_RGB8, GL_R8, GL_RGBA16F, GL_RGB16F, GL_RGBA32F, GL_RGB32F}) {
+        const GLuint a = texture(16, 16, format), b = texture(16, 16, format), out = texture(16, 16, format);
+        ext.extrapolate(a, b, out, 0.5f);
+        EXPECT_GL(GL_NO_ERROR);
+    }
+}
+
+TEST_F(FrameExtrapolation, AStaticPairReturnsItself) {
+    const GLuint a = square(10), b = square(10), out = texture(64, 64);
+    ext.extrapolate(a, b, out, 0.5f);
+    EXPECT_GL(GL_NO_ERROR);
+    EXPECT_EQ(read_texture(out), read_texture(b));
+}
+
+TEST_F(FrameExtrapolation, MotionIsCarriedOnAndBack) {
+    const GLuint a = square(10), b = square(14), out = texture(64, 64);
+    for (const auto& [factor, x] : {std::pair{1.0f, 18}, std::pair{0.5f, 16}, std::pair{-0.5f, 12}}) {
+        ext.extrapolate(a, b, out, factor);
+        EXPECT_GL(GL_NO_ERROR);
+        const Picture p = read_texture(out), wanted = read_texture(square(x)), held = read_texture(b);
+        double error = 0, hold = 0;
+        for (std::size_t i = 0; i < p.pixels.size(); ++i) {
+            error += std::abs(p.pixels[i].r - wanted.pixels[i].r);
+            hold += std::abs(held.pixels[i].r - wanted.pixels[i].r);
+        }
+        EXPECT_LT(error, hold * 0.5) << factor;
+    }
+}
+
+TEST_F(FrameExtrapolation, PendingFoveatedDrawsAreInTheSource) {
+    const Surface s = surface(64, 64, false);
+    foveate(s);
+    focus(s, 0, 0, 8);
+    const GLuint b = square(14), out = texture(64, 64);
+    glClearColor(0, 0, 1, 1);
+    glClear(GL_COLOR_BUFFER_BIT);
+    glBindTexture(GL_TEXTURE_2D, b);
+    const std::vector<Rgba> blue(64 * 64, Rgba{0, 0, 255, 255});
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, 64, 64, GL_RGBA, GL_UNSIGNED_BYTE, blue.data());
+    ext.extrapolate(s.color, b, out, 0.5f);  // a static pair if the clear was submitted
+    EXPECT_GL(GL_NO_ERROR);
+    EXPECT_EQ(read_texture(out).pixels, blue);
+}
+
+TEST_F(FrameExtrapolation, ErrorsPendingBeforeStay) {
+    const GLuint a = square(10), b = square(14), out = texture(64, 64);
+    glEnable(0x1234);
+    ext.extrapolate(a, b, out, 0.5f);
+    EXPECT_GL(GL_INVALID_ENUM);
+    EXPECT_GL(GL_NO_ERROR);
+}
+
+}  // namespace fovea::layer_test
