@@ -112,7 +112,7 @@ void add_layer(CLI::App& app, int* exit_code) {
     CLI::App* layer = app.add_subcommand("layer", "Foveation extensions for programs on any GLES driver");
     layer->require_subcommand(1);
     static LayerOptions options;
-    CLI::App* command = layer->add_subcommand("run", "Start a program whose driver has GL_QCOM_framebuffer_foveated and GL_QCOM_texture_foveated");
+    CLI::App* command = layer->add_subcommand("run", "Start a program with GL_QCOM_framebuffer_foveated, _texture_foveated and _frame_extrapolation on any driver");
     command->footer("Example: fovea layer run --stats -- ./my_program --its-own-option\n"
                     "The exit code is the program's; 128 + n when signal n ended it, 127 when it was not found.");
     command->add_option("--library", options.library, "The layer (default: libfovea_layer.so beside this program)");

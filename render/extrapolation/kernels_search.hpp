@@ -212,7 +212,9 @@ static void balance(const BalanceJob& job) {
 static void spread(const SpreadJob& job, int band0, int band1) {
     const SearchJob& s = *job.search;
     constexpr int kMaxWidth = 8192 + 32;   // kMaxEdgePx / 2, the finest cell
-    static thread_local float sums[3][kStridePx][kMaxWidth];
+    // On the stack: as thread-local data of a library that programs load late, it would not fit into what the loader keeps
+    // for that, and the GLES layer could not be loaded at all. Only the columns of the picture are touched.
+    float sums[3][kStridePx][kMaxWidth];
     V8 one;
     splat(one, 1.0f);
     for (int band = band0; band < band1; ++band) {
