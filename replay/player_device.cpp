@@ -2,6 +2,7 @@
 
 #include <poll.h>
 #include <sys/eventfd.h>
+#include <sys/prctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,6 +15,8 @@ namespace fovea::replay {
 namespace {
 
 using drivers::PollStatus;
+
+constexpr unsigned long kTimerSlack_ns = 1000;
 
 class Player final : public drivers::Device {
 public:
@@ -60,6 +63,8 @@ public:
             // The first sample is due now; every later one follows from it.
             start_ = last_due_ = time_.now();
             started_ = true;
+            // A thread's timers may be 50 us late by default, which would be half of all that a played sample lags.
+            if (settings_.speed > 0) ::prctl(PR_SET_TIMERSLACK, kTimerSlack_ns);
         }
         while (true) {
             if (next_ == recording_->samples.size()) {

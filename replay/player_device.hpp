@@ -5,7 +5,8 @@
 // start: its sample is due at once. A sample is delivered when it is due by its own arrival time (exposure + the transport
 // delay that the recording knows). Ids are 1, 2, 3 ... as for any source.
 // Settings ([source] of the config): the keys of player_row().
-// Cost: poll() allocates nothing, takes no lock, waits in ppoll. Threads: as drivers::Device.
+// Cost: poll() allocates nothing, takes no lock, waits in ppoll (and asks for 1 us of timer slack on its thread).
+// Threads: as drivers::Device.
 // Errors: those of load_recording; an unknown key or a value out of range.
 #pragma once
 
