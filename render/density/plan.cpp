@@ -108,6 +108,17 @@ void Plan::assign(std::span<const BinRect> boxes) noexcept {
     finish_levels();
 }
 
+bool Plan::assign_levels(std::span<const std::uint8_t> levels) noexcept {
+    FOVEA_REQUIRE(levels.size() >= level_.size());
+    if (std::equal(level_.begin(), level_.end(), levels.begin())) return false;
+    const auto last = static_cast<std::uint8_t>(settings_.level_count - 1);
+    std::transform(levels.begin(), levels.begin() + static_cast<std::ptrdiff_t>(level_.size()), level_.begin(),
+                   [last](std::uint8_t l) { return std::min(l, last); });
+    point_count_ = std::numeric_limits<std::size_t>::max();   // the next update() plans anew
+    finish_levels();
+    return true;
+}
+
 void Plan::finish_levels() noexcept {
     first_rectangle_[0] = 0;
     for (int level = 0; level < settings_.level_count; ++level) {

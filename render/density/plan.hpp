@@ -76,6 +76,10 @@ public:
     // not read (level 0 is nowhere). noexcept, no allocation.
     void assign(std::span<const BinRect> boxes) noexcept;
 
+    // A level for every bin, from elsewhere (a shading-rate map); row 0 at the bottom. Levels beyond the last are the last.
+    // False, and nothing done, when they are those of the plan. noexcept, no allocation.
+    bool assign_levels(std::span<const std::uint8_t> levels) noexcept;
+
     [[nodiscard]] const PlanSettings& settings() const noexcept { return settings_; }
     [[nodiscard]] int columns() const noexcept { return columns_; }
     [[nodiscard]] int rows() const noexcept { return rows_; }

@@ -47,6 +47,7 @@ public:
                      std::span<const ViewFocus> focus) noexcept override;
     void observe(Duration cost) noexcept override;
     [[nodiscard]] const density::Plan* plan(std::size_t view) const noexcept override { return drawn_->plan(view); }
+    [[nodiscard]] Region full_region(std::size_t view) const noexcept override { return drawn_->full_region(view); }
     [[nodiscard]] std::uint64_t counted_fragments() override { return drawn_->counted_fragments(); }
 
 private:

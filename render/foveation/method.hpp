@@ -19,6 +19,7 @@
 #include "protocol/clock.hpp"
 #include "protocol/error.hpp"
 #include "render/density/plan.hpp"
+#include "render/density/shading_rate.hpp"
 #include "render/gl/command_list.hpp"
 
 namespace fovea::foveation {
@@ -62,6 +63,13 @@ struct InsetOutsetSettings {
     bool masks = true;           // circular masks in both
 };
 
+// Varjo's dynamic viewports.
+struct DynamicViewportSettings {
+    double context_scale = 0.4;      // pixels per axis of the view of everything, (0, 1]
+    double focus_extent = 0.4;       // part of the view, per axis, that the sharp view shows, (0, 1]
+    bool separate_targets = false;   // a target for each view, for engines that always draw into a whole one
+};
+
 struct MethodSettings {
     // Bins, levels, reading and minimum density; the size comes from the targets. scaled_bins.
     density::PlanSettings plan;
@@ -70,6 +78,8 @@ struct MethodSettings {
     Resolver resolver = Resolver::automatic;   // automatic: what the start-up probe found to be cheaper on this driver
     Mask mask = Mask::automatic;               // automatic: stencil, unless only depth rejects early on this driver
     InsetOutsetSettings inset_outset;
+    DynamicViewportSettings dynamic_viewports;
+    density::RateSettings shading_rate;
     bool count_fragments = false;   // debug: let counted_fragments() return what was really shaded, overdraw included
 };
 
@@ -86,6 +96,8 @@ public:
     // submit() does both. The cost of both is in what submit() returns.
     [[nodiscard]] virtual bool late_fovea() const noexcept { return false; }
     virtual void submit_early(const gl::CommandList&, std::span<const ViewTarget>, std::span<const ViewFocus>) noexcept {}
+    // True if a lost gaze should reach the method as a focus without points, rather than as the static focal point.
+    [[nodiscard]] virtual bool wants_gaze_status() const noexcept { return false; }
     // How long the last frame took, submit to GPU done: methods that choose between executors learn from it.
     virtual void observe(Duration) noexcept {}
     // What draws at present: the method's own name, or that of the one it has chosen.
@@ -95,7 +107,7 @@ public:
                              std::span<const ViewFocus> focus) noexcept = 0;
     // What the last submit planned for a view; null for methods without bins.
     [[nodiscard]] virtual const density::Plan* plan(std::size_t view) const noexcept = 0;
-    // The region at full resolution that the last submit left in a view, for methods without bins: an ellipse in NDC.
+    // The region at full resolution that the last submit left in a view: an ellipse in NDC, around its first focal point.
     struct Region {
         double x_ndc = 0, y_ndc = 0, half_width_ndc = 4, half_height_ndc = 4;   // beyond every corner: the whole view
     };

@@ -2,6 +2,7 @@
 #include <string>
 
 #include "render/foveation/auto.hpp"
+#include "render/foveation/dynamic_viewports.hpp"
 #include "render/foveation/full.hpp"
 #include "render/foveation/inset_outset.hpp"
 #include "render/foveation/method.hpp"
@@ -17,6 +18,8 @@ constexpr std::array kMethods{
     MethodEntry{"scaled_bins_late", "the same, with the periphery drawn before the gaze is latched and only the fovea after it",
                 &ScaledBins::create_late},
     MethodEntry{"inset_outset", "two wide and two narrow views, blended; the narrow ones follow the gaze (Arm)", &InsetOutset::create},
+    MethodEntry{"dynamic_viewports", "a coarse view of everything and a sharp one around the gaze, in one atlas (Varjo)", &DynamicViewports::create},
+    MethodEntry{"shading_rate", "a map of 1x1, 2x2 and 4x4 tiles around the gaze, applied by level passes (Varjo)", &ScaledBins::create_rates},
     MethodEntry{"auto", "scaled_bins where it pays, full where it does not, by what the frames cost", &Auto::create},
 };
 

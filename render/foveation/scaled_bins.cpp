@@ -3,6 +3,9 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
 
 #include "render/foveation/driver_traits.hpp"
 #include "render/foveation/full.hpp"
@@ -73,6 +76,44 @@ Result<std::unique_ptr<Method>> ScaledBins::create_late(const MethodSettings& se
     return method;
 }
 
+Result<std::unique_ptr<Method>> ScaledBins::create_rates(const MethodSettings& settings) {
+    const density::RateSettings& r = settings.shading_rate;
+    if (r.tile_px < 4 || r.tile_px > 64 || r.tile_px % 4 != 0) return fail("a shading-rate tile of " + std::to_string(r.tile_px) + " pixels", "shading_rate", "a multiple of 4, 4 to 64");
+    if (!(r.inner_radius >= 0 && r.outer_radius >= r.inner_radius && r.outer_radius <= 4) || !(r.lens_radius > 0) || !(r.focus_extent >= 0 && r.focus_extent <= 1))
+        return fail("a radius or extent is out of range", "shading_rate", "0 <= inner_radius <= outer_radius <= 4, lens_radius > 0, focus_extent 0 to 1");
+    MethodSettings s = settings;
+    s.plan.bin_px = r.tile_px;
+    s.plan.levels = density::standard_levels();
+    s.plan.level_count = 3;   // 1x1, 2x2, 4x4
+    auto method = create(s);
+    if (method) static_cast<ScaledBins&>(**method).rates_ = true;
+    return method;
+}
+
+void ScaledBins::plan_view(View& view, const ViewFocus& focus, std::span<const density::BinRect> drawn) noexcept {
+    const density::PlanSettings& s = view.plan.settings();
+    const density::FocalPoint* p = focus.count > 0 ? &focus.points[0] : nullptr;
+    if (!rates_) {
+        view.plan.update(focus.all(), drawn);
+        view.region = {};
+        if (p != nullptr)
+            view.region = {p->x_ndc, p->y_ndc, std::min(density::full_radius_ndc(*p, 0), view.region.half_width_ndc),
+                           std::min(density::full_radius_ndc(*p, 1), view.region.half_height_ndc)};
+        return;
+    }
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    const density::RateInput input = density::rate_input(settings_.shading_rate, s.width_px, s.height_px,
+                                                         p != nullptr ? NdcPoint{p->x_ndc, p->y_ndc} : NdcPoint{kNone, kNone});
+    if (input == view.rate_input) return;
+    view.rate_input = input;
+    density::fill_rate_map(input, view.rate_levels);
+    for (std::uint8_t& rate : view.rate_levels) rate &= 3;   // 0x0, 0x5, 0xa: level 0, 1, 2
+    view.plan.assign_levels(view.rate_levels);
+    view.region = {};
+    if ((input.flags & density::kRateGaze) != 0)
+        view.region = {p->x_ndc, p->y_ndc, 2.0 * input.inner / s.width_px, 2.0 * input.inner / s.height_px};
+}
+
 Result<ScaledBins::View> ScaledBins::make_view(const ViewTarget& t, bool with_levels) {
     density::PlanSettings s = settings_.plan;
     s.width_px = t.width_px;
@@ -91,6 +132,7 @@ Result<ScaledBins::View> ScaledBins::make_view(const ViewTarget& t, bool with_le
     const auto bins = static_cast<std::size_t>(v.plan.columns()) * static_cast<std::size_t>(v.plan.rows());
     if (staging_.size() < bins * 2) staging_.resize(bins * 2);
     v.boxes.resize(bins * 2);
+    v.rate_levels.resize(rates_ ? bins : 0);
     v.on_processor = settings_.resolver != Resolver::gpu && settings_.filter == gl::Filter::linear &&
                      CpuResolve::can_resolve(t, v.plan) &&
                      (settings_.resolver == Resolver::processor || driver_traits().processor_resolve);
@@ -156,7 +198,7 @@ void ScaledBins::upload(View& view) noexcept {
     gl::update_buffer(view.rectangles, 0, std::as_bytes(std::span(staging_).first(n)));
 }
 
-ScaledBins::Region ScaledBins::region(const View& view, const ViewTarget& t, int level) noexcept {
+ScaledBins::DrawArea ScaledBins::area(const View& view, const ViewTarget& t, int level) noexcept {
     const density::Plan& plan = view.plan;
     const density::PixelRect p = plan.pixels(plan.bounds(level));
     if (level == 0)
@@ -175,7 +217,7 @@ ScaledBins::Region ScaledBins::region(const View& view, const ViewTarget& t, int
 void ScaledBins::draw_level(View& view, std::uint32_t index, const ViewTarget& t, const gl::CommandList& draws, int level,
                             bool keep_color, FrameCost& cost) noexcept {
     const auto i = static_cast<std::size_t>(level);
-    const Region r = region(view, t, level);
+    const DrawArea r = area(view, t, level);
     glBindFramebuffer(GL_FRAMEBUFFER, r.framebuffer);
     glViewport(r.x, r.y, r.width, r.height);
     glEnable(GL_SCISSOR_TEST);
@@ -227,7 +269,7 @@ void ScaledBins::resolve(View& view, const ViewTarget& t) noexcept {
     if (view.on_processor) {
         std::array<CpuResolve::Level, density::kMaxLevels> levels;
         for (int level = 1; level < view.plan.settings().level_count; ++level) {
-            const Region r = region(view, t, level);
+            const DrawArea r = area(view, t, level);
             levels[static_cast<std::size_t>(level)] = {r.framebuffer, r.x0, r.y0, r.x1, r.y1};
         }
         cpu_resolve_.run(view.plan, t, levels);
@@ -262,7 +304,7 @@ void ScaledBins::submit_early(const gl::CommandList& draws, std::span<const View
     const int levels = settings_.plan.level_count;
     for (std::size_t v = 0; v < targets.size(); ++v) {
         density::Plan& plan = views_[v].plan;
-        plan.update(focus[v].all());
+        plan_view(views_[v], focus[v], {});
         // Level n is drawn where the finer ones would be, and a margin further: the gaze may move until the latch.
         const int margin = std::max(2, plan.columns() / 16);
         density::BinRect box;
@@ -293,7 +335,7 @@ void ScaledBins::submit_late(const gl::CommandList& draws, std::span<const ViewT
     early_done_ = false;
     for (std::size_t v = 0; v < targets.size(); ++v) {
         View& view = views_[v];
-        view.plan.update(focus[v].all(), early_boxes_[v]);
+        plan_view(view, focus[v], early_boxes_[v]);
         if (drawn_whole(view)) {
             submit_full_view(draws, static_cast<std::uint32_t>(v), targets[v], counter_.enabled(), cost);
             continue;
@@ -315,7 +357,7 @@ FrameCost ScaledBins::submit(const gl::CommandList& draws, std::span<const ViewT
     counter_.begin();
     const bool ready = !late_ && std::equal(targets.begin(), targets.end(), prepared_.begin(), prepared_.end());
     for (std::size_t v = 0; v < targets.size(); ++v) {
-        if (ready) views_[v].plan.update(focus[v].all());
+        if (ready) plan_view(views_[v], focus[v], {});
         if (!ready || draws.empty() || drawn_whole(views_[v])) {
             submit_full_view(draws, static_cast<std::uint32_t>(v), targets[v], counter_.enabled(), cost);
             cost.fell_back = cost.fell_back || (!ready && !draws.empty());

@@ -30,7 +30,9 @@ public:
     [[nodiscard]] static Result<std::unique_ptr<Method>> create(const MethodSettings& settings);
     // The same with the fovea drawn last: late_fovea().
     [[nodiscard]] static Result<std::unique_ptr<Method>> create_late(const MethodSettings& settings);
-    [[nodiscard]] std::string_view name() const noexcept override { return late_ ? "scaled_bins_late" : "scaled_bins"; }
+    // The same executor fed by a shading-rate map instead of the density equation: `shading_rate`.
+    [[nodiscard]] static Result<std::unique_ptr<Method>> create_rates(const MethodSettings& settings);
+    [[nodiscard]] std::string_view name() const noexcept override { return late_ ? "scaled_bins_late" : rates_ ? "shading_rate" : "scaled_bins"; }
     [[nodiscard]] bool exact_fovea() const noexcept override { return true; }
     [[nodiscard]] Result<void> prepare(std::span<const ViewTarget> targets) override;
     FrameCost submit(const gl::CommandList& draws, std::span<const ViewTarget> targets,
@@ -41,6 +43,7 @@ public:
     [[nodiscard]] const density::Plan* plan(std::size_t view) const noexcept override {
         return view < views_.size() ? &views_[view].plan : nullptr;
     }
+    [[nodiscard]] Region full_region(std::size_t view) const noexcept override { return view < views_.size() ? views_[view].region : Region{}; }
     [[nodiscard]] std::uint64_t counted_fragments() override { return counter_.read(); }
 
 private:
@@ -54,9 +57,12 @@ private:
         std::vector<gl::Box> boxes;   // of the masks' rectangles, in the same order, for leaving out draws
         std::uint64_t uploaded = ~std::uint64_t{0};   // plan generation in `rectangles` and `boxes`
         bool on_processor = false;    // the resolve
+        density::RateInput rate_input;          // shading_rate: what the plan was made from
+        std::vector<std::uint8_t> rate_levels;  // of every bin
+        Region region;
     };
     // Where a level is drawn, and the part of it that its bins (and guard) lie in.
-    struct Region {
+    struct DrawArea {
         gl::Name framebuffer = 0;
         int x = 0, y = 0, width = 0, height = 0;       // viewport
         int x0 = 0, y0 = 0, x1 = 0, y1 = 0;            // scissor
@@ -64,8 +70,9 @@ private:
 
     explicit ScaledBins(const MethodSettings& settings) : settings_(settings), counter_(settings.count_fragments) {}
     [[nodiscard]] Result<View> make_view(const ViewTarget& target, bool with_levels);
+    void plan_view(View& view, const ViewFocus& focus, std::span<const density::BinRect> drawn) noexcept;
     void upload(View& view) noexcept;
-    [[nodiscard]] static Region region(const View& view, const ViewTarget& target, int level) noexcept;
+    [[nodiscard]] static DrawArea area(const View& view, const ViewTarget& target, int level) noexcept;
     void draw_level(View& view, std::uint32_t index, const ViewTarget& target, const gl::CommandList& draws, int level,
                     bool keep_color, FrameCost& cost) noexcept;
     void submit_late(const gl::CommandList& draws, std::span<const ViewTarget> targets, std::span<const ViewFocus> focus,
@@ -74,7 +81,7 @@ private:
     [[nodiscard]] bool drawn_whole(const View& view) const noexcept { return view.plan.texels(0) == view.plan.pixels_full(); }
 
     MethodSettings settings_;
-    bool late_ = false;
+    bool late_ = false, rates_ = false;
     gl::Program mask_, clearing_mask_, resolve_;
     FragmentCounter counter_;
     CpuResolve cpu_resolve_;

@@ -185,7 +185,7 @@ private:
         for (std::size_t i = 0; i < kEyes; ++i) {
             const fovea_focal& f = focals_[i];
             focus_[i].points[0] = density::sized_focal_point(o_.fovea, f.x_ndc, f.y_ndc, f.radius95_rad, f.ndc_per_rad_x, f.ndc_per_rad_y);
-            focus_[i].count = 1;
+            focus_[i].count = method_->wants_gaze_status() && (f.flags & FOVEA_FOCAL_STATIC) != 0 ? 0 : 1;
         }
     }
 
@@ -202,14 +202,7 @@ private:
         f.view_count = kEyes;
         for (std::size_t i = 0; i < kEyes; ++i) {
             f.views[i] = views_[i];
-            foveation::Method::Region region;   // the whole view
-            if (method_->plan(i) != nullptr && !cost.fell_back) {
-                const density::FocalPoint& p = focus_[i].points[0];
-                region = {p.x_ndc, p.y_ndc, std::min(density::full_radius_ndc(p, 0), region.half_width_ndc),
-                          std::min(density::full_radius_ndc(p, 1), region.half_height_ndc)};
-            } else if (!cost.fell_back) {
-                region = method_->full_region(i);
-            }
+            const foveation::Method::Region region = cost.fell_back ? foveation::Method::Region{} : method_->full_region(i);
             f.foveas[i] = {static_cast<float>(region.x_ndc), static_cast<float>(region.y_ndc), static_cast<float>(region.half_width_ndc),
                            static_cast<float>(region.half_height_ndc)};
         }
