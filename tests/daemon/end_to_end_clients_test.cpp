@@ -1,6 +1,7 @@
 // A real fovead and its clients: the C example, other versions, hostile ones, other users, and what survives a kill.
 #include <fovea/fovea.h>
 #include <gmock/gmock.h>
+#include <poll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -166,12 +167,6 @@ TEST_F(RealDaemon, IsNotDisturbedByHostileClients) {
     }
     // A crowd that never says anything: turned away after a second, and never more than 64 of them at once.
     for (int i = 0; i < 200; ++i) kept.push_back(connect_silently(daemon->focus_socket()));
-    // A well-behaved hello with a talkative sequel.
-    auto talker = connect_raw(daemon->focus_socket());
-    if (talker) {   // the crowd may have filled the door; then it is refused, which is as good
-        const char more[64] = {};
-        static_cast<void>(::send(talker->socket.get(), more, sizeof more, MSG_NOSIGNAL));
-    }
     EXPECT_TRUE(eventually([&] { return daemon->number("misbehaved") >= 1; }));
 
     // An index far away, over and over, from a connected client; reports that are nonsense.
@@ -222,29 +217,48 @@ TEST_F(RealDaemon, IsNotDisturbedByHostileClients) {
 }
 
 TEST_F(RealDaemon, KeepsTheLastReportsOfAClientThatWasKilled) {
-    start({.arguments = {"--set", "server.heartbeat_ms=50"}});   // so that they are not drained by the way
-    int ends[2];
-    ASSERT_EQ(::pipe(ends), 0);
+    start();
+    int said[2], told[2];
+    ASSERT_EQ(::pipe(said), 0);
+    ASSERT_EQ(::pipe(told), 0);
     Child app([&] {
+        char byte = 'x';
         auto c = connect_raw(daemon->focus_socket());
         if (!c) return 1;
         auto reporter = FrameReporter::map(c->frames.get());
         if (!reporter) return 2;
+        if (::write(said[1], &byte, 1) != 1 || ::read(told[0], &byte, 1) != 1) return 3;
         for (std::uint64_t n = 1; n <= 20; ++n)
-            if (!reporter->submit(good_frame(n))) return 3;
-        static_cast<void>(::write(ends[1], "x", 1));
+            if (!reporter->submit(good_frame(n))) return 4;
+        if (::write(said[1], &byte, 1) != 1) return 5;
         ::pause();
         return 0;
     });
     char byte = 0;
-    ASSERT_EQ(::read(ends[0], &byte, 1), 1);
+    ASSERT_EQ(::read(said[0], &byte, 1), 1);
+    daemon->send(SIGSTOP);   // so that no look in passing drains them: only the end of the client can
+    ASSERT_EQ(::write(told[1], "x", 1), 1);
+    ASSERT_EQ(::read(said[0], &byte, 1), 1);
     app.kill_and_wait();
+    daemon->send(SIGCONT);
     EXPECT_TRUE(eventually([&] { return daemon->ask("status").find("\"gone_frames\":{\"accepted\":20,") != std::string::npos; }))
         << daemon->ask("status");
     EXPECT_THAT(daemon->ask("status"), HasSubstr("\"clients\":[]"));
     EXPECT_TRUE(connect_raw(daemon->focus_socket()));
-    ::close(ends[0]);
-    ::close(ends[1]);
+    for (const int fd : {said[0], said[1], told[0], told[1]}) ::close(fd);
+}
+
+TEST_F(RealDaemon, DisconnectsAClientThatTalksAfterItsHello) {
+    start();
+    const auto talker = connect_raw(daemon->focus_socket());
+    ASSERT_TRUE(talker);
+    const char more[64] = {};
+    ASSERT_EQ(::send(talker->socket.get(), more, sizeof more, MSG_NOSIGNAL), static_cast<ssize_t>(sizeof more));
+    char answer[64];
+    pollfd p{talker->socket.get(), POLLIN, 0};
+    ASSERT_EQ(::poll(&p, 1, 30'000), 1) << "it is still connected";
+    EXPECT_EQ(::recv(talker->socket.get(), answer, sizeof answer, MSG_DONTWAIT), 0);
+    EXPECT_EQ(daemon->number("misbehaved"), 1);
 }
 
 // Tries to connect as another user: 0 admitted, 1 refused for want of permission, 2 anything else.
