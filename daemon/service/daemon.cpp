@@ -81,7 +81,7 @@ struct Daemon::State {
             spdlog::info("waiting for the first client before the source is opened");
             tell_ready();
         } else {
-            loop->begin();
+            begin_source();
         }
         io.run();
         loop->stop();
@@ -130,13 +130,14 @@ struct Daemon::State {
     }
 
     void clients_changed() {
-        const SourceState state = loop->status().state;
-        if (state == SourceState::waiting && clients->size() > 0 && !begun) {
-            begun = true;
-            loop->begin();
-        }
+        if (clients->size() > 0) begin_source();  // the first client, where it was waited for
         if (clients->size() == 1) tick();  // from the slow beat to the configured one; replaces the wait that is under way
-        if (state == SourceState::ended) leave_when_alone();
+        if (loop->status().state == SourceState::ended) leave_when_alone();
+    }
+
+    // Once; whether it has begun is known here, not from the loop's own state, which its thread has yet to set.
+    void begin_source() {
+        if (!std::exchange(begun, true)) loop->begin();
     }
 
     void source_changed() {
@@ -226,10 +227,12 @@ struct Daemon::State {
             if (!source) return std::unexpected(source.error());
             loop->stop();
             published_before = loop->published();
-            const bool ran = begun || !parts.config.source.wait_for_client;
             said = SourceState::waiting;
             if (auto made = make_loop(); !made) return made;
-            if (ran) loop->begin();
+            if (begun || !parts.config.source.wait_for_client) {
+                begun = true;
+                loop->begin();
+            }
         } else if (new_pipeline) {
             loop->set_pipeline(std::move(*pipe));
         }

@@ -7,6 +7,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cstring>
 #include <thread>
 
@@ -112,6 +113,24 @@ TEST_F(RealDaemon, ServesTheExampleInC99) {
     EXPECT_THAT(client.out, HasSubstr("live"));
     ASSERT_TRUE(eventually([&] { return daemon->ask("status").find("\"gone_frames\":{\"accepted\":100,") != std::string::npos; }))
         << daemon->ask("status");
+}
+
+TEST(RealDaemonStart, AdmitsClientsFromItsFirstMoment) {
+    for (int round = 0; round < 10; ++round) {
+        const TemporaryFolder folder;
+        std::atomic<bool> done{false};
+        std::thread eager([&] {  // in the queue before the daemon first looks at it
+            std::vector<Connection> connections;
+            while (!done.load())
+                if (auto c = connect_raw(folder / "focus.sock")) connections.push_back(std::move(*c));
+        });
+        DaemonProcess daemon(folder, {.arguments = {"--set", "server.max_clients=8"}});
+        const bool up = daemon.ready() && eventually([&] { return daemon.number("connected") >= 1; });
+        done = true;
+        eager.join();
+        ASSERT_TRUE(up) << daemon.log();
+        EXPECT_EQ(daemon.stop(SIGTERM), 0) << daemon.log();
+    }
 }
 
 TEST_F(RealDaemon, TellsAClientOfAnotherAbiBothVersions) {
