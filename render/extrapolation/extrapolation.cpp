@@ -156,7 +156,7 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
     } else {
         const float key = luma_key(src2);
         make_luma(near, cell_px, key, s.motion.near_luma(), s.luma_scratch, *s.kernels, s.pool);
-        make_luma(far, cell_px, key, s.motion.far_luma(), s.luma_scratch, *s.kernels, s.pool);
+        make_luma(far, cell_px, key, s.motion.far_luma(), s.luma_scratch, *s.kernels, s.pool, &s.tiles, &s.motion.near_luma());
         s.motion.run({s.tuning, hints.gaze}, s.tiles, *s.kernels, s.pool);
         s.report.levels = s.motion.levels();
         s.report.unexplained_fraction = s.motion.unexplained_fraction();

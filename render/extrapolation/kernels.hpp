@@ -57,6 +57,7 @@ struct SmoothJob {
     const float* guide;          // plane with padding
     std::ptrdiff_t guide_stride;
     int width, height, step;
+    int x0, x1;                  // columns to do
     float *u_out, *v_out;
 };
 

@@ -65,8 +65,8 @@ static void smooth(const SmoothJob& job, int row0, int row1) {
     splat(one, 1.0f);
     splat(likeness, kLikeness);
     for (int y = row0; y < row1; ++y) {
-        for (int x = 0; x < job.width;) {
-            const bool inside = x >= job.step && x + 8 + job.step <= job.width;
+        for (int x = job.x0; x < job.x1;) {
+            const bool inside = x >= job.step && x + 8 + job.step <= job.width && x + 8 <= job.x1;
             const int lanes = inside ? 8 : 1;
             float u_sum[8], v_sum[8];
             if (inside) {

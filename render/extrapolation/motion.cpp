@@ -161,6 +161,38 @@ void MotionSearch::check_backward(int level) noexcept {
         }
 }
 
+// Row by row of tiles; columns of anchors to the left and right of what may move stay 0.
+void MotionSearch::smooth(const TileMap& tiles, int passes, const Kernels& kernels, ThreadPool& pool) noexcept {
+    Field& f = forward_[0];
+    const int rows_per_tile = kTilePx / cell_px_;
+    for (int pass = 0; pass < passes; ++pass) {
+        pool.run(tiles.rows, 4, [&](int tile0, int tile1) {
+            for (int row = tile0; row < tile1; ++row) {
+                int first = tiles.columns, last = -1;
+                for (int column = 0; column < tiles.columns; ++column) {
+                    if (tiles.still_count > 0 && anchors_[at(column, row, tiles.columns)] != 0) continue;
+                    first = std::min(first, column);
+                    last = column;
+                }
+                const int y0 = row * rows_per_tile, y1 = std::min(y0 + rows_per_tile, f.height);
+                const int x0 = std::clamp(first * rows_per_tile, 0, f.width), x1 = std::clamp((last + 1) * rows_per_tile, x0, f.width);
+                for (int y = y0; y < y1; ++y) {
+                    const std::size_t begin = at(0, y, f.width);
+                    std::fill_n(smoothed_.u.data() + begin, x0, 0.0f);
+                    std::fill_n(smoothed_.v.data() + begin, x0, 0.0f);
+                    std::fill_n(smoothed_.u.data() + begin + x1, f.width - x1, 0.0f);
+                    std::fill_n(smoothed_.v.data() + begin + x1, f.width - x1, 0.0f);
+                }
+                if (x0 == x1) continue;
+                const SmoothJob job{f.u.data(), f.v.data(), trust_.data(), near_[0].row(0), near_[0].stride(), f.width, f.height, 1 << (passes - 1 - pass), x0, x1, smoothed_.u.data(), smoothed_.v.data()};
+                kernels.smooth(job, y0, y1);
+            }
+        });
+        std::swap(f.u, smoothed_.u);
+        std::swap(f.v, smoothed_.v);
+    }
+}
+
 // Blocks where the motion explains no more than standing still does stand still; counts what nothing explains.
 void MotionSearch::validate(const TileMap& tiles) noexcept {
     const std::size_t l = cell_px_ < 4 && near_.size() > 1 ? 1 : 0;
@@ -173,6 +205,10 @@ void MotionSearch::validate(const TileMap& tiles) noexcept {
     for (int by = 0; by < near.height(); by += kBlock)
         for (int bx = 0; bx < near.width(); bx += kBlock) {
             const int tile_x = std::min(bx * scale / kTilePx, tiles.columns - 1), tile_y = std::min(by * scale / kTilePx, tiles.rows - 1);
+            if (tiles.still_count > 0 && anchors_[at(tile_x, tile_y, tiles.columns)] != 0) {
+                ++textured;   // explained, by standing still
+                continue;
+            }
             float n = 0, s = 0, ss = 0, z = 0, zz = 0, m = 0, mm = 0;
             const int y1 = std::min(by + kBlock, near.height()), x1 = std::min(bx + kBlock, near.width());
             for (int y = by; y < y1; ++y)
@@ -219,16 +255,10 @@ void MotionSearch::run(const MotionSettings& settings, const TileMap& tiles, con
         if (l >= backward_level) search_level(l, true, tuning, kernels, pool);
     }
     if (backward_level < levels()) check_backward(backward_level);
-    Field& f = forward_[0];
-    for (int pass = 0; pass < tuning.smoothing_passes; ++pass) {
-        const int step = 1 << (tuning.smoothing_passes - 1 - pass);
-        const SmoothJob job{f.u.data(), f.v.data(), trust_.data(), near_[0].row(0), near_[0].stride(), f.width, f.height, step, smoothed_.u.data(), smoothed_.v.data()};
-        pool.run(f.height, 32, [&](int row0, int row1) { kernels.smooth(job, row0, row1); });
-        std::swap(f.u, smoothed_.u);
-        std::swap(f.v, smoothed_.v);
-    }
+    smooth(tiles, tuning.smoothing_passes, kernels, pool);
     validate(tiles);
     if (tiles.still_count > 0) {
+        Field& f = forward_[0];
         for (int y = 0; y < f.height; ++y)
             for (int x = 0; x < f.width; ++x)
                 if (anchors_[at(x * cell_px_ / kTilePx, y * cell_px_ / kTilePx, tiles.columns)] != 0) f.u[at(x, y, f.width)] = f.v[at(x, y, f.width)] = 0;

@@ -39,6 +39,7 @@ private:
     void choose_tasks(const MotionSettings& settings, const TileMap& tiles, int level) noexcept;
     void search_level(int level, bool backward, const Tuning& tuning, const Kernels& kernels, ThreadPool& pool) noexcept;
     void check_backward(int level) noexcept;
+    void smooth(const TileMap& tiles, int passes, const Kernels& kernels, ThreadPool& pool) noexcept;
     void validate(const TileMap& tiles) noexcept;
 
     int width_px_ = 0, height_px_ = 0, cell_px_ = 0;

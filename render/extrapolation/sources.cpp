@@ -103,7 +103,7 @@ float luma_key(const ConstImage& image) noexcept {
 }
 
 void make_luma(const ConstImage& image, int cell_px, float key, Plane& out, LumaScratch& scratch, const Kernels& kernels,
-               ThreadPool& pool) noexcept {
+               ThreadPool& pool, const TileMap* known, const Plane* twin) noexcept {
     const bool floats = is_float(image.format);
     const bool direct = (image.format == Format::rgba8 && cell_px <= 4) || image.format == Format::rgba32f;
     const int pixel = floats ? 16 : 4;
@@ -115,7 +115,29 @@ void make_luma(const ConstImage& image, int cell_px, float key, Plane& out, Luma
         std::byte* strip = scratch.strips.data() + scratch.strip_bytes * (next_strip.fetch_add(1, std::memory_order_relaxed) % strip_count);
         const std::ptrdiff_t strip_row = static_cast<std::ptrdiff_t>(out.width()) * cell_px * pixel;
         for (int row = row0; row < row1; ++row) {
-            const int y0 = row * cell_px, whole = image.width_px / cell_px;
+            const int y0 = row * cell_px;
+            const int whole = image.width_px / cell_px;
+            int skip = 0;
+            if (known != nullptr && known->still_count > 0) {
+                // Still tiles at the left end, and all of a still row.
+                int tiles = 0;
+                while (tiles < known->columns && known->is_still(tiles, y0 / kTilePx)) ++tiles;
+                skip = std::min(tiles * (kTilePx / cell_px), out.width());
+                std::copy_n(twin->row(row), skip, out.row(row));
+                if (skip == out.width()) {
+                    out.pad_row(row);
+                    continue;
+                }
+                int right = known->columns;
+                while (right > tiles && known->is_still(right - 1, y0 / kTilePx)) --right;
+                const int end = std::min(right * (kTilePx / cell_px), out.width());
+                if (end < whole && direct && y0 + cell_px <= image.height_px) {
+                    std::copy_n(twin->row(row) + end, out.width() - end, out.row(row) + end);
+                    luma_strip(image.row(y0) + static_cast<std::ptrdiff_t>(skip) * cell_px * bytes_per_pixel(image.format), image.row_bytes, floats, cell_px, end - skip, key, out.row(row) + skip, kernels);
+                    out.pad_row(row);
+                    continue;
+                }
+            }
             int first = 0;   // cell from which on the strip is needed
             if (direct && y0 + cell_px <= image.height_px) {
                 luma_strip(image.row(y0), image.row_bytes, floats, cell_px, whole, key, out.row(row), kernels);

@@ -38,9 +38,10 @@ struct LumaScratch {
 // The key of a float picture; 1 if nothing in it is positive.
 [[nodiscard]] float luma_key(const ConstImage& image) noexcept;
 
-// Fills `out`, sized ceil(picture / cell_px), with its padding.
+// Fills `out`, sized ceil(picture / cell_px), with its padding. `known`: rows of cells in which every tile is still are taken
+// from `twin`, the other picture's luma; null: none are.
 void make_luma(const ConstImage& image, int cell_px, float key, Plane& out, LumaScratch& scratch, const Kernels& kernels,
-               ThreadPool& pool) noexcept;
+               ThreadPool& pool, const TileMap* known = nullptr, const Plane* twin = nullptr) noexcept;
 
 // Four channels of 8 bits or four floats per pixel, to gather from; pixels of a format that is already so are borrowed.
 struct Gatherable {
