@@ -200,7 +200,7 @@ void MotionSearch::validate(const TileMap& tiles) noexcept {
     const Plane &near = near_[l], &far = far_[l];
     Field& f = forward_[0];
     constexpr int kBlock = 8;
-    constexpr float kNoise = 0.5f, kTextured = 4.0f, kMustExplain = 0.85f, kUnexplained = 0.5f;   // variances, levels of 255 squared
+    constexpr float kNoise = 0.5f, kTextured = 4.0f, kMustExplain = 0.97f, kUnexplained = 0.5f;   // variances, levels of 255 squared
     int textured = 0, unexplained = 0;
     for (int by = 0; by < near.height(); by += kBlock)
         for (int bx = 0; bx < near.width(); bx += kBlock) {

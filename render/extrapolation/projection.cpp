@@ -101,10 +101,10 @@ void Projection::run(const Motion& motion, const float* depth, int cell_px, floa
     }
     moves_ = moves;
     filled_ = 0;
-    if (moves) fill_holes(cell_px);
+    if (moves) fill_holes(cell_px, depth != nullptr);
 }
 
-void Projection::fill_holes(int cell_px) noexcept {
+void Projection::fill_holes(int cell_px, bool mirrored) noexcept {
     constexpr int kSearch = 48;   // cells: further away than this nothing is known about what lies behind
     const int w = out_.width, h = out_.height;
     const auto at = [w](int x, int y) { return static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x); };
@@ -150,9 +150,10 @@ void Projection::fill_holes(int cell_px) noexcept {
             u = out_.u[found[chosen]];
             v = out_.v[found[chosen]];
             // Around a crack all agree: it continues. Around a real hole they do not, and what the mover uncovers is the
-            // picture behind, of which only the part beyond the rim is known: mirrored there.
+            // picture behind, of which only the part beyond the rim is known: mirrored there. Only with depth is the rim sure
+            // enough for that; without, the gain is less than the loss where the motion's edge is a cell or two off.
             const float disagreement = std::max(high_u - low_u, high_v - low_v);
-            if (ways > 1 && disagreement > 0.5f * static_cast<float>(cell_px)) {
+            if (mirrored && ways > 1 && disagreement > 0.5f * static_cast<float>(cell_px)) {
                 u += static_cast<float>(kWays[chosen][0] * (2 * distance[chosen] - 1) * cell_px);
                 v += static_cast<float>(kWays[chosen][1] * (2 * distance[chosen] - 1) * cell_px);
             }

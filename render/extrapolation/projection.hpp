@@ -2,7 +2,7 @@
 //
 //   near     . . A A A B B . .       each cell lands where its motion carries it; where two land, the one in front wins
 //   output   . . B B o o A A . .     (smaller depth, else the one that moves least like the background); a hole `o` that
-//                                    nothing lands on is filled from the side that lies behind, mirrored at its rim
+//                                    nothing lands on is filled from the side that lies behind (with depth: mirrored at its rim)
 //
 // Input: motion per cell, pixels of the picture; times `scale` it is output position - near position.
 // Output: dx, dy in pixels: near position - output position.
@@ -36,7 +36,7 @@ private:
         float u[3] = {}, v[3] = {};
     };
     [[nodiscard]] Background fit_background(const Motion& motion, float reach_px) const noexcept;
-    void fill_holes(int cell_px) noexcept;
+    void fill_holes(int cell_px, bool mirrored) noexcept;
 
     Field out_;
     std::vector<float> front_;   // what lies at each output cell; larger is nearer; kNothing: a hole
