@@ -1,0 +1,65 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "tests/tools/command_runner.hpp"
+#include "tools/image_quality.hpp"
+
+namespace {
+
+using fovea::test::CommandTest;
+
+class TradeoffExtrapolation : public CommandTest {};
+
+TEST_F(TradeoffExtrapolation, PresetsBeatRepeatingAndNeverLoseToIt) {
+    const auto r = fovea("tradeoff extrapolation --size 192 --scene rotation cut --repeat 1 --json --csv " + file("t.csv") + " --html " + file("t.html"));
+    ASSERT_EQ(r.exit_code, 0) << r.err;
+    const auto all = nlohmann::json::parse(r.out);
+    std::map<std::string, std::map<std::string, double>> psnr;
+    for (const auto& m : all["methods"])
+        for (const auto& c : m["cases"]) psnr[m["method"]][c["scene"]] = c["psnr_db"];
+    for (const char* preset : {"draft", "fast", "balanced", "best", "known-motion"}) {
+        EXPECT_GT(psnr[preset]["rotation"], psnr["hold"]["rotation"] + 3) << preset;
+        EXPECT_GE(psnr[preset]["cut"], psnr["hold"]["cut"]) << preset;
+    }
+    EXPECT_EQ(psnr["balanced"]["cut"], psnr["hold"]["cut"]) << "a cut repeats the last frame";
+    EXPECT_GT(psnr["reprojection"]["rotation"], psnr["hold"]["rotation"] + 3);
+    EXPECT_NE(bytes(file("t.csv")).find("\nbalanced,0,"), std::string::npos);
+    const std::string html = bytes(file("t.html"));
+    EXPECT_NE(html.find("data:image/png;base64,iVBORw0KGgo"), std::string::npos);
+    EXPECT_NE(html.find("</html>"), std::string::npos);
+}
+
+TEST_F(TradeoffExtrapolation, AnImpossibleBudgetOrSceneIsSaidSo) {
+    EXPECT_EQ(fovea("tradeoff extrapolation --size 32 --scene cut --repeat 1 --budget-ms 0").exit_code, 1);
+    EXPECT_EQ(fovea("tradeoff extrapolation --scene nowhere").exit_code, 2);
+}
+
+std::vector<std::uint8_t> even(int value, int count) {
+    std::vector<std::uint8_t> p(static_cast<std::size_t>(4 * count), static_cast<std::uint8_t>(value));
+    return p;
+}
+
+TEST(ImageQuality, PsnrFollowsItsDefinition) {
+    EXPECT_EQ(fovea::tools::psnr_db(even(7, 100), even(7, 100)), fovea::tools::kSamePicturePsnr_db);
+    EXPECT_NEAR(fovea::tools::psnr_db(even(100, 64), even(110, 64)), 20 * std::log10(25.5), 1e-9);
+}
+
+TEST(ImageQuality, SsimOfEvenPicturesIsItsLuminanceTerm) {
+    constexpr double kC1 = 0.01 * 255 * 0.01 * 255;
+    EXPECT_NEAR(fovea::tools::ssim(even(100, 400), even(100, 400), 20, 20), 1, 1e-12);
+    EXPECT_NEAR(fovea::tools::ssim(even(100, 400), even(50, 400), 20, 20), (2 * 100 * 50 + kC1) / (100 * 100 + 50 * 50 + kC1), 1e-6);
+    std::vector<std::uint8_t> stripes = even(0, 400), inverse = stripes;
+    for (std::size_t i = 0; i < 400; ++i)
+        for (std::size_t c = 0; c < 3; ++c) {
+            stripes[4 * i + c] = i % 2 == 0 ? 200 : 50;
+            inverse[4 * i + c] = i % 2 == 0 ? 50 : 200;
+        }
+    EXPECT_LT(fovea::tools::ssim(stripes, inverse, 20, 20), -0.8);
+    EXPECT_NEAR(fovea::tools::ssim(stripes, stripes, 20, 20), 1, 1e-12);
+    EXPECT_NEAR(fovea::tools::ssim(even(9, 1), even(9, 1), 1, 1), 1, 1e-12);
+}
+
+}  // namespace
