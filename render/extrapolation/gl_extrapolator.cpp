@@ -100,10 +100,18 @@ const char* backend_name(Backend b) noexcept {
 bool GlExtrapolator::State::read(GLuint texture, const TextureInfo& info, std::byte* to) noexcept {
     gl.BindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
     gl.FramebufferTexture2D(GL_READ_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture, info.base_level);
-    bool ok = gl.CheckFramebufferStatus(GL_READ_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
+    const bool ok = gl.CheckFramebufferStatus(GL_READ_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE;
     if (ok) gl.ReadPixels(0, 0, info.width, info.height, GL_RGBA, is_float(*info.format) ? GL_FLOAT : GL_UNSIGNED_BYTE, to);
     gl.FramebufferTexture2D(GL_READ_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, 0, 0);
-    return ok && gl.GetError() == GL_NO_ERROR;
+    if (ok) return gl.GetError() == GL_NO_ERROR;
+    // Three floats: no driver has to attach them, any can sample them.
+    if (passes == nullptr) {
+        auto made = GlPasses::create(gl, settings.preset, false);
+        if (!made) return false;
+        passes = std::move(*made);
+    }
+    GlStateGuard guard(gl, true);
+    return passes->read_floats(texture, info.width, info.height, to);
 }
 
 GLenum GlExtrapolator::State::on_processor(const GLuint (&names)[3], const TextureInfo (&infos)[3], float factor) noexcept {
@@ -208,7 +216,7 @@ bool GlExtrapolator::State::passes_work() {
     return 2 * off < off_repeated;
 }
 
-// Times a moving pair on each side, after one to warm up, and keeps the faster.
+// Times a moving pair on each side, after one to warm up, and keeps the side whose quickest run was the faster: a busy machine only adds.
 void GlExtrapolator::State::probe() {
     constexpr int kSize = 256;
     GlStateGuard guard(gl, true);
@@ -216,7 +224,7 @@ void GlExtrapolator::State::probe() {
     const Backend driver = backend;
     double ms[2] = {};
     for (int side = 0; side < 2; ++side)
-        for (int repeat = 0; repeat < 3; ++repeat) {
+        for (int repeat = 0; repeat < 6; ++repeat) {
             gl.Finish();
             const auto start = std::chrono::steady_clock::now();
             (void)run(pair.names, pair.infos, 0.5f, side == 0 ? Backend::processor : driver);

@@ -4,6 +4,7 @@
 // Backends: `processor` reads both sources back and runs Extrapolator; `compute` and `fragment` stay in the driver. A
 // start-up probe picks: on a software rasteriser it times one small pair on each, elsewhere it takes compute, then fragment.
 // Three-channel float pictures, outputs that are also a source, and swizzled sources always take the processor.
+// Three-channel floats that cannot be attached are read through a pass, which honours a swizzle of theirs.
 // State: everything but the output's base level is as before. An immutable output can be stored to by compute; others are
 // drawn to. Active occlusion and primitive queries count the passes of `fragment`.
 // Threads: the context's thread, the same for create, extrapolate and destruction; contexts do not share one.

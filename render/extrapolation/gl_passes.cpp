@@ -90,7 +90,8 @@ Result<void> GlPasses::build() {
         if (fragment_[k] == 0 || (compute_ && kComputed[k] && compute_programs_[k] == 0)) return fail("an extrapolation shader does not build: " + log, "GL", "use the processor's backend");
     }
     fragment_gather_ = link(gl_, shaders::kGather, nullptr, log);
-    if (fragment_gather_ == 0) return fail("an extrapolation shader does not build: " + log, "GL", "use the processor's backend");
+    copy_ = link(gl_, shaders::kCopy, nullptr, log);
+    if (fragment_gather_ == 0 || copy_ == 0) return fail("an extrapolation shader does not build: " + log, "GL", "use the processor's backend");
     for (int i = 0; compute_ && i < 3; ++i) {
         gather_compute_[i] = link(gl_, shaders::kGather, kStorable[i].qualifier, log);
         if (gather_compute_[i] == 0) return fail("an extrapolation shader does not build: " + log, "GL", "use the processor's backend");
@@ -142,6 +143,7 @@ GlPasses::~GlPasses() {
     for (const GLuint p : gather_compute_)
         if (p != 0) gl_.DeleteProgram(p);
     if (fragment_gather_ != 0) gl_.DeleteProgram(fragment_gather_);
+    if (copy_ != 0) gl_.DeleteProgram(copy_);
     const GLuint samplers[] = {linear_, nearest_};
     gl_.DeleteSamplers(2, samplers);
     gl_.DeleteVertexArrays(1, &array_);
@@ -241,6 +243,25 @@ void GlPasses::write(GLuint texture, int level, int width, int height, bool comp
     gl_.FramebufferTexture2D(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture, level);
     gl_.Viewport(0, 0, width, height);
     gl_.DrawArrays(GL_TRIANGLES, 0, 3);
+}
+
+bool GlPasses::read_floats(GLuint texture, int width_px, int height_px, void* rgba) noexcept {
+    if (!float_outputs_) return false;
+    GLuint target = 0;
+    gl_.GenTextures(1, &target);
+    gl_.ActiveTexture(GL_TEXTURE0);
+    gl_.BindTexture(GL_TEXTURE_2D, target);
+    gl_.TexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA32F, width_px, height_px);
+    gl_.BindVertexArray(array_);
+    current_ = copy_;
+    gl_.UseProgram(copy_);
+    bind(0, texture, nearest_);
+    write(target, 0, width_px, height_px, false, 0);
+    gl_.BindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer_);
+    gl_.ReadPixels(0, 0, width_px, height_px, GL_RGBA, GL_FLOAT, rgba);
+    gl_.FramebufferTexture2D(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, 0, 0);
+    gl_.DeleteTextures(1, &target);
+    return gl_.GetError() == GL_NO_ERROR;
 }
 
 bool GlPasses::run(GLuint near, GLuint far, GLuint output, int output_level, int width_px, int height_px, Format format, float step) noexcept {

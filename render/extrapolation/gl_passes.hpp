@@ -27,6 +27,10 @@ public:
     // `near` is moved by `step` frame times away from `far`. A GlStateGuard with passes is alive. False: out of memory.
     bool run(GLuint near, GLuint far, GLuint output, int output_level, int width_px, int height_px, Format format, float step) noexcept;
 
+    // The base level of a texture that cannot be attached to a framebuffer, as four floats per pixel. A GlStateGuard with
+    // passes is alive. False: the driver cannot draw to RGBA32F either.
+    bool read_floats(GLuint texture, int width_px, int height_px, void* rgba) noexcept;
+
 private:
     struct Level {
         GLuint luma_near = 0, luma_far = 0, motion[2] = {};
@@ -48,7 +52,7 @@ private:
     Preset preset_;
     bool compute_;
     int cell_px_ = 4;
-    GLuint fragment_[7] = {}, compute_programs_[7] = {}, gather_compute_[3] = {}, fragment_gather_ = 0, current_ = 0;
+    GLuint fragment_[7] = {}, compute_programs_[7] = {}, gather_compute_[3] = {}, fragment_gather_ = 0, copy_ = 0, current_ = 0;
     GLuint array_ = 0, framebuffer_ = 0, linear_ = 0, nearest_ = 0;
     GLuint tiles_ = 0, verdict_ = 0, displacement_ = 0;
     std::vector<Level> levels_;

@@ -38,6 +38,10 @@ void main() {
 }
 )";
 
+inline constexpr const char* kCopy = R"(
+vec4 kernel(ivec2 at) { return texelFetch(image0, at, 0); }
+)";
+
 // 1 where a tile of 16x16 pixels is the same in both, bit for bit.
 inline constexpr const char* kTiles = R"(
 vec4 kernel(ivec2 at) {
