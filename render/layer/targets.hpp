@@ -4,7 +4,7 @@
 // Level 0 is drawn into the program's own colour images, with a depth and stencil buffer of the layer's; each lower
 // level into images of its own, with the formats and samples of the program's. Images are kept for the next pass of the
 // same description (at most kKeptTargets of them per context).
-// Cost: measured by `fovea_bench --benchmark_filter=Layer`. Threads: one at a time; belongs to a context, which must be
+// Cost: measured by `tests/layer/measure.sh`. Threads: one at a time; belongs to a context, which must be
 // current. Errors: create() says no (nullptr) when a format cannot be matched or memory is out; drawing is then at full
 // density.
 #pragma once

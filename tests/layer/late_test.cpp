@@ -403,23 +403,26 @@ TEST_F(Late, TransformFeedbackCapturesOnce) {
     glGenQueries(1, &query);
     glBindBufferBase(GL_TRANSFORM_FEEDBACK_BUFFER, 0, buffer);
     const std::vector<float> empty(64, 0.0f);
-    glBufferData(GL_TRANSFORM_FEEDBACK_BUFFER, 256, empty.data(), GL_STATIC_READ);
-    const Surface s = foveated();
-    draw_triangle(-1, -1, 1, 0, {1, 0, 0, 1});
-    glUseProgram(p);
-    glBeginTransformFeedback(GL_TRIANGLES);
-    glDrawArrays(GL_TRIANGLES, 0, 3);
-    glDrawArrays(GL_TRIANGLES, 0, 3);
-    glEndTransformFeedback();
-    const Picture picture = read(s);
-    EXPECT_EQ(picture.at(1, 1), kGreen);
-    EXPECT_EQ(picture.at(128, 128), kGreen);
-    const auto* values = static_cast<const float*>(glMapBufferRange(GL_TRANSFORM_FEEDBACK_BUFFER, 0, 256, GL_MAP_READ_BIT));
-    ASSERT_NE(values, nullptr);
-    const float wanted[8] = {1, 2, 3, 1, 2, 3, 0, 0};
-    for (int i = 0; i < 8; ++i) EXPECT_EQ(values[i], wanted[i]) << i;
-    glUnmapBuffer(GL_TRANSFORM_FEEDBACK_BUFFER);
-    EXPECT_GL(GL_NO_ERROR);
+    // The pass may be drawn in levels before, or begin with the capture: then the masks are drawn while it is active.
+    for (const bool drawn_before : {true, false}) {
+        const Surface s = foveated();
+        glBufferData(GL_TRANSFORM_FEEDBACK_BUFFER, 256, empty.data(), GL_STATIC_READ);
+        if (drawn_before) draw_triangle(-1, -1, 1, 0, {1, 0, 0, 1});
+        glUseProgram(p);
+        glBeginTransformFeedback(GL_TRIANGLES);
+        glDrawArrays(GL_TRIANGLES, 0, 3);
+        glDrawArrays(GL_TRIANGLES, 0, 3);
+        glEndTransformFeedback();
+        const Picture picture = read(s);
+        EXPECT_EQ(picture.at(1, 1), kGreen);
+        EXPECT_EQ(picture.at(128, 128), kGreen);
+        const auto* values = static_cast<const float*>(glMapBufferRange(GL_TRANSFORM_FEEDBACK_BUFFER, 0, 256, GL_MAP_READ_BIT));
+        ASSERT_NE(values, nullptr);
+        const float wanted[8] = {1, 2, 3, 1, 2, 3, 0, 0};
+        for (int i = 0; i < 8; ++i) EXPECT_EQ(values[i], wanted[i]) << i << ' ' << drawn_before;
+        glUnmapBuffer(GL_TRANSFORM_FEEDBACK_BUFFER);
+        EXPECT_GL(GL_NO_ERROR);
+    }
 }
 
 TEST_F(Late, OcclusionQueriesAnswerForTheProgramsDrawsOnly) {
