@@ -33,7 +33,7 @@ void Context::made_current() {
             if (reading && std::strcmp(reading, "linear") == 0) reading_ = density::Reading::linear;
             count(stats.contexts);
         }
-        while (gl.GetError() != GL_NO_ERROR) {}
+        drop_errors();
     }
     if (!active_) return;
     draw_framebuffer_ = static_cast<GLuint>(get_integer(GL_DRAW_FRAMEBUFFER_BINDING));
@@ -227,12 +227,12 @@ ProgramFacts Context::ask_program(GLuint program, GLint version) {
     if (version >= 32) {
         // An error says that the program has no such stage.
         for (const GLenum name : {GL_GEOMETRY_LINKED_VERTICES_OUT_EXT, GL_TESS_CONTROL_OUTPUT_VERTICES, GL_TESS_GEN_MODE}) {
-            while (gl.GetError() != GL_NO_ERROR) {}
+            drop_errors();
             gl.GetProgramiv(program, name, &value);
             if (gl.GetError() == GL_NO_ERROR) facts.geometry_or_tessellation = true;
         }
     }
-    while (gl.GetError() != GL_NO_ERROR) {}
+    drop_errors();
     return facts;
 }
 

@@ -23,7 +23,7 @@ void GL_APIENTRY layer_glExtrapolateTex2DQCOM(GLuint src1, GLuint src2, GLuint o
         engine = std::make_unique<render::extrapolation::GlExtrapolator>(std::move(*made));
     }
     const GLenum error = engine->extrapolate(src1, src2, output, scale);
-    while (gl.GetError() != GL_NO_ERROR) {}
+    drop_errors();
     if (error != GL_NO_ERROR) return c->raise(error);
     count(stats.extrapolations);
     c->image_written(output);

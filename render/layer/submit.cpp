@@ -62,7 +62,7 @@ void Context::submit(Call call) {
     }
     count(stats.pixels_full, full);
     pass.submitted_by = call;
-    while (gl.GetError() != GL_NO_ERROR) {}  // the program has had those of its own calls already
+    drop_errors();  // the program has had those of its own calls already
     log_.clear();
     undo_.clear();
     drop_kept_buffers();
@@ -262,7 +262,7 @@ void Context::resolve(Pass& pass) {
     pass.targets->resolve_colors(own_, *pass.plan);
     own.restore();
     pass.resolved = true;
-    while (gl.GetError() != GL_NO_ERROR) {}
+    drop_errors();
 }
 
 void Context::levels_to_native(Pass& pass) {
@@ -274,7 +274,7 @@ void Context::levels_to_native(Pass& pass) {
     set_for_own_drawing();
     pass.targets->resolve_depth(own_, *pass.plan, draw_framebuffer_);
     own.restore();
-    while (gl.GetError() != GL_NO_ERROR) {}
+    drop_errors();
 }
 
 void Context::leave_levels(Call call) {

@@ -72,10 +72,6 @@ void attach(const Attachment& a) {
         gl.FramebufferTextureLayer(GL_DRAW_FRAMEBUFFER, a.point, a.name, a.level, a.layer);
 }
 
-void drop_errors() {
-    while (gl.GetError() != GL_NO_ERROR) {}
-}
-
 }  // namespace
 
 std::vector<Attachment> read_attachments(GLenum target) {

@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "render/layer/context.hpp"
+
 namespace fovea::layer {
 
 bool KeySet::insert(std::uint64_t key) {
@@ -24,6 +26,10 @@ void KeySet::grow() {
     const std::uint32_t epoch = epoch_++;
     for (const Slot& s : old)
         if (s.epoch == epoch) insert(s.key);
+}
+
+void drop_errors() noexcept {
+    for (int i = 0; i < 32 && gl.GetError() != GL_NO_ERROR; ++i) {}
 }
 
 GLint get_integer(GLenum name) noexcept {
@@ -394,13 +400,14 @@ void set_uniform(GLuint program, GLint location, UniformShape shape, const GLflo
 }  // namespace
 
 // The elements of an array have consecutive locations. An array may be set beyond its end, where a location belongs to
-// another uniform or to none: the driver's errors about that are the caller's to drop.
+// another uniform or to none; the driver's error about that is not the program's.
 void Undo::uniform(GLint location, GLsizei count, UniformShape shape) {
     program_uniform(get_name(GL_CURRENT_PROGRAM), location, count, shape);
 }
 
 void Undo::program_uniform(GLuint program, GLint location, GLsizei count, UniformShape shape) {
     if (location < 0 || program == 0) return;
+    if (count > 1 && t_context) t_context->keep_driver_error();
     for (GLint at = location; at < location + count; ++at) {
         // The shape is part of the key: an array set beyond its end must not pass for a save of its neighbour.
         const int code = (shape.kind == 'f' ? 0 : shape.kind == 'i' ? 1 : 2) * 32 + shape.columns * 5 + shape.components - 1;
@@ -419,6 +426,7 @@ void Undo::program_uniform(GLuint program, GLint location, GLsizei count, Unifor
             pieces_.emplace_back([=] { set_uniform(program, at, shape, nullptr, nullptr, v.data()); });
         }
     }
+    if (count > 1) drop_errors();
 }
 
 }  // namespace fovea::layer

@@ -113,5 +113,7 @@ private:
 [[nodiscard]] GLenum texture_binding_query(GLenum target) noexcept;
 [[nodiscard]] GLenum buffer_binding_query(GLenum target) noexcept;
 [[nodiscard]] GLint get_integer(GLenum name) noexcept;
+// Takes the driver's errors away. A lost context may answer with one for ever: it gives up then.
+void drop_errors() noexcept;
 
 }  // namespace fovea::layer

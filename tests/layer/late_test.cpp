@@ -128,6 +128,21 @@ TEST_F(Late, UniformsOfAnotherProgramHaveTheValueOfTheirDraw) {
     EXPECT_GL(GL_NO_ERROR);
 }
 
+TEST_F(Late, AUniformArraySetBeyondItsEndIsNoError) {
+    const Surface s = foveated();
+    const GLuint p = program("#version 300 es\nvoid main() { gl_Position = vec4(float(gl_VertexID & 1) * 4.0 - 1.0, float(gl_VertexID >> 1) * 4.0 - 1.0, 0, 1); }",
+                             "#version 300 es\nprecision highp float; uniform vec4 tint[3]; out vec4 c; void main() { c = tint[0] + tint[2]; }");
+    glUseProgram(p);
+    draw_triangle(-1, -1, 0.1f, 0, {1, 0, 0, 1});
+    glUseProgram(p);
+    const std::vector<GLfloat> green = {0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 1, 9, 9, 9, 9, 9, 9, 9, 9};
+    glUniform4fv(glGetUniformLocation(p, "tint[0]"), 5, green.data());
+    EXPECT_GL(GL_NO_ERROR);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    EXPECT_EQ(read(s).at(128, 128), kGreen);
+    EXPECT_GL(GL_NO_ERROR);
+}
+
 TEST_F(Late, APendingClearComesBeforeAnUploadToItsImage) {
     const Surface s = foveated(false);  // cleared, not submitted
     const std::vector<Rgba> white(16 * 16, Rgba{255, 255, 255, 255});
