@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # ./run as a user runs it: what it leaves when it ends, and that an interrupt at any moment leaves nothing behind.
-# Usage: run_test.sh whole|interrupted
+# Usage: run_test.sh whole|interrupted|restarted
 set -uo pipefail
 cd "$(dirname "$0")/../.."
 
@@ -47,6 +47,37 @@ interrupted)
         [ -z "$(ls -A "$scratch/out" 2>/dev/null)" ] || fail "after $delay s: results of an interrupted run: $(ls -A "$scratch/out")"
     done
     ;;
-*) echo "usage: run_test.sh whole|interrupted" >&2; exit 2 ;;
+restarted)
+    # The daemon is killed in mid-stream under a running viewer and started again: the viewer goes on by itself, and
+    # both sessions hold their frames.
+    bin=build/release/bin
+    mkdir "$scratch/sockets"
+    start_daemon() { # start_daemon SESSION: returns when clients can connect
+        mkfifo "$scratch/$1.ready"
+        "$bin/fovead" --run-dir "$scratch/sockets" --record "$scratch/$1" --ready-file "$scratch/$1.ready" \
+            --set log.level=warn --set source.path=tests/data/recordings/eyelink_lookatpoint_s1.csv >>"$scratch/log" 2>&1 &
+        daemon=$!
+        read -r -t 30 _ <>"$scratch/$1.ready" || fail "fovead is not ready"
+    }
+    frames() { "$bin/fovea" latency "$1" --json 2>>"$scratch/log" | sed -n 's/^ *"frames": \([0-9]*\),*/\1/p'; }
+    has_frames() { [ "$(frames "$1")" -gt 0 ] 2>/dev/null; }
+    wait_for() { for _ in $(seq 300); do "$@" && return; sleep 0.1; done; fail "waited in vain: $*"; }
+
+    start_daemon first.fovea
+    "$bin/fovea-view" --socket "$scratch/sockets/focus.sock" --duration 0 --size 96 --json >"$scratch/viewer.json" 2>>"$scratch/log" &
+    viewer=$!
+    wait_for has_frames "$scratch/first.fovea"
+    kill -KILL "$daemon"
+    wait "$daemon" 2>/dev/null
+    has_frames "$scratch/first.fovea" || fail "the killed daemon's frames are lost"
+    start_daemon second.fovea
+    wait_for has_frames "$scratch/second.fovea"
+    kill -INT "$viewer"
+    wait "$viewer" || fail "the viewer ended with $?"
+    kill -TERM "$daemon"
+    wait "$daemon" || fail "fovead ended with $?"
+    grep -q '"connects": 2' "$scratch/viewer.json" || fail "the viewer did not reconnect once: $(cat "$scratch/viewer.json")"
+    ;;
+*) echo "usage: run_test.sh whole|interrupted|restarted" >&2; exit 2 ;;
 esac
 [ "$fails" -eq 0 ] || { echo "--- log of the last run" >&2; cat "$scratch/log" >&2; exit 1; }
