@@ -7,7 +7,7 @@
 #include <rapidcheck.h>
 
 #include "daemon/pipeline/settings_table.hpp"
-#include "tests/daemon/allocation_count.hpp"
+#include "tests/allocation/allocation_count.hpp"
 #include "tests/daemon/pipeline_gaze.hpp"
 
 namespace fovea::pipeline {
@@ -50,9 +50,9 @@ TEST(Pipeline, UpdateAllocatesNothing) {
         for (const char* predictor : predictor_names()) {
             Pipeline p = make(filter, predictor);
             OneSaccade eye;
-            const long before = test::allocations();
+            const std::size_t before = fovea::test::allocations();
             for (int i = 0; i < 1000; ++i) (void)p.update(sample_at(i * kMs, eye.gaze(i * 1e-3), i < 700 || i > 800));
-            EXPECT_EQ(test::allocations(), before) << filter << " and " << predictor;
+            EXPECT_EQ(fovea::test::allocations(), before) << filter << " and " << predictor;
         }
 }
 

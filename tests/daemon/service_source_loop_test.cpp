@@ -7,7 +7,7 @@
 #include <deque>
 #include <mutex>
 
-#include "tests/daemon/allocation_count.hpp"
+#include "tests/allocation/allocation_count.hpp"
 #include "tests/daemon/daemon_process.hpp"
 
 namespace fovea::service {
@@ -46,8 +46,8 @@ public:
             out.exposed = out.received = MonotonicClock::now();
             out.eye(Eye::combined).valid = true;
             out.eye(Eye::combined).gaze_dir_head = from_azimuth_elevation<HeadFrame>({1e-3 * given_, 0});
-            if (allocations_at == 0) allocations_at = pipeline::test::allocations();
-            allocations_until = pipeline::test::allocations();
+            if (allocations_at == 0) allocations_at = fovea::test::allocations();
+            allocations_until = fovea::test::allocations();
             return PollStatus::sample;
         }
         if (now_.after != PollStatus::nothing) return now_.after;
@@ -64,7 +64,7 @@ public:
     void close() noexcept override { ++closes; }
 
     std::atomic<int> opens{0}, closes{0};
-    long allocations_at = 0, allocations_until = 0;   // of the loop's own thread; read after stop()
+    std::size_t allocations_at = 0, allocations_until = 0;   // of the loop's own thread; read after stop()
 
 private:
     std::deque<Script> scripts_;
@@ -215,7 +215,7 @@ TEST(SteadyLoop, OfTheDaemonDoesNotAllocate) {
     // Nothing but this loop may allocate meanwhile, so the count of state changes is all that is looked at.
     ASSERT_TRUE(eventually([&] { return s.changes.load() == 3; }));
     s.loop->stop();
-    EXPECT_EQ(s.device->allocations_until - s.device->allocations_at, 0);
+    EXPECT_EQ(s.device->allocations_until - s.device->allocations_at, 0u);
 }
 
 }  // namespace

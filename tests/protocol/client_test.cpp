@@ -13,7 +13,7 @@
 #include <thread>
 
 #include "protocol/client/focal.hpp"
-#include "tests/protocol/allocation_count.hpp"
+#include "tests/allocation/allocation_count.hpp"
 #include "tests/protocol/tiny_daemon.hpp"
 #include "tests/protocol/two_processes.hpp"
 

@@ -10,7 +10,7 @@
 #include "protocol/focus_region.hpp"
 #include "protocol/frames_region.hpp"
 #include "protocol/samples_region.hpp"
-#include "tests/protocol/allocation_count.hpp"
+#include "tests/allocation/allocation_count.hpp"
 #include "tests/protocol/two_processes.hpp"
 
 using namespace fovea;

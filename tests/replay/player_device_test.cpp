@@ -6,7 +6,7 @@
 #include <thread>
 
 #include "replay/import/fovea_csv.hpp"
-#include "tests/daemon/allocation_count.hpp"
+#include "tests/allocation/allocation_count.hpp"
 #include "tests/replay/support.hpp"
 
 using namespace fovea;
@@ -152,9 +152,9 @@ TEST(Player, TheSteadyLoopAllocatesNothing) {
     const auto device = player(recording_at(times), {.speed = 0, .loop = true}, time);
     GazeSample s;
     (void)device->poll(s, kStart);
-    const long before = pipeline::test::allocations();
+    const std::size_t before = fovea::test::allocations();
     for (int i = 0; i < 5000; ++i) (void)device->poll(s, kStart);
-    EXPECT_EQ(pipeline::test::allocations(), before);
+    EXPECT_EQ(fovea::test::allocations(), before);
 }
 
 TEST(Player, PlaysThePartThatWasAskedFor) {

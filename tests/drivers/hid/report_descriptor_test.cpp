@@ -9,7 +9,7 @@
 #include <random>
 
 #include "drivers/hid/eye_tracker.hpp"
-#include "tests/drivers/allocation_counter.hpp"
+#include "tests/allocation/allocation_count.hpp"
 #include "tests/drivers/hid/descriptor_shapes.hpp"
 
 using namespace fovea;
@@ -248,9 +248,9 @@ TEST(ReportDescriptor, SurvivesAMillionRandomDescriptorsInBoundedMemory) {
                 for (std::size_t n = rng() % 4; n > 0; --n) bytes[rng() % bytes.size()] = static_cast<std::uint8_t>(rng());
                 break;
         }
-        const std::size_t before = tests::allocated_bytes();
+        const std::size_t before = test::allocated_bytes();
         const auto d = parse_report_descriptor(bytes);
-        most = std::max(most, tests::allocated_bytes() - before);
+        most = std::max(most, test::allocated_bytes() - before);
         if (!d) {
             ASSERT_FALSE(d.error().what.empty());
             continue;
