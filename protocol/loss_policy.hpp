@@ -18,7 +18,7 @@ namespace fovea {
 struct LossPolicy {
     Duration hold = std::chrono::milliseconds(250);     // a blink with its guards lasts 100 to 400 ms
     Duration ease = std::chrono::milliseconds(300);
-    Duration recover = std::chrono::milliseconds(40);   // gaze_science: re-seed after 40 ms of valid data
+    Duration recover = std::chrono::milliseconds(40);   // what a filter needs to settle after a gap
     Direction<HeadFrame> static_dir_head;               // where to look when nothing is known: straight ahead
     double static_radius_rad = 0.35;                    // size of the sharp region there, 20 degrees
 };

@@ -2,7 +2,7 @@
 //
 // The region of full density has half-width sqrt(1 + area) / gain (NDC). Given the radius that it must have and the
 // gain that shapes the fall-off outside it, area = (gain * radius)^2 - 1.
-// Source: the density equation (density.hpp); default sizes from gaze_science: the fovea's rod-free zone plus the
+// Source: the density equation (density.hpp); default sizes: the fovea's rod-free zone plus the
 // parafovea spans about 5 degrees around the gaze.
 // Threads: pure functions. noexcept.
 #pragma once

@@ -8,7 +8,7 @@
 namespace fovea::density {
 namespace {
 
-constexpr int kDefaultBins = 64;   // gles_findings: bins are free for level masks; 64x64 nears the continuous limit
+constexpr int kDefaultBins = 64;   // bins cost nothing with level masks, and 64 x 64 nears the continuous limit (docs/render.md)
 
 int ceil_shift(int value, int shift) noexcept { return (value + (1 << shift) - 1) >> shift; }
 
