@@ -19,6 +19,8 @@ namespace {
 
 constexpr std::int64_t kDirectionBit = 2, kPupilBit = 4, kOpennessBit = 8;
 constexpr std::int64_t kTicksAtUnixEpoch = 621'355'968'000'000'000;  // .NET counts 100 ns since the year 1
+constexpr std::int64_t kMaxTicks = kMaxTime_ns / 2 / 100;  // so that no difference below overflows
+constexpr std::int64_t kMaxTurns = 1000;                   // 136 years
 // A host clock that strays further than this from the tracker's says nothing about delay.
 constexpr std::int64_t kMaxDelay_ns = 250'000'000;
 
@@ -73,16 +75,17 @@ Result<Recording> read_vive_sranipal(const ImportInput& input) {
         const std::int64_t stamp_ms = table.need_integer(stamp), tick = table.need_integer(ticks);
         if (stamp_ms < -(std::int64_t{1} << 31) || stamp_ms >= std::int64_t{1} << 32)
             table.fail_at(stamp, "does not fit into 32 bits", "this is not a SRanipal file");
-        if (tick < 0 || tick / 2 > kTicksAtUnixEpoch)
-            table.fail_at(ticks, "is not a .NET time", "this is not a SRanipal file");
+        if (tick < kTicksAtUnixEpoch - kMaxTicks || tick > kTicksAtUnixEpoch + kMaxTicks)
+            table.fail_at(ticks, "is not a .NET time within 70 years of 1970", "this is not a SRanipal file");
         if (table.failed()) break;
         if (!recording.samples.empty() && stamp_ms - last_stamp < -(std::int64_t{1} << 31)) ++turns;
+        if (turns > kMaxTurns) table.fail_at(stamp, "runs backwards again and again", "the file is damaged: copy it again");
+        if (table.failed()) break;
         last_stamp = stamp_ms;
         r.sample.id = recording.samples.size() + 1;
         r.sample.device_time.ns = (stamp_ms + (turns << 32)) * 1'000'000;
         r.sample.exposed = instant_from_ns(r.sample.device_time.ns);
-        delays.push_back((tick - kTicksAtUnixEpoch) / 8 * 800 - r.sample.device_time.ns +
-                         (tick - kTicksAtUnixEpoch) % 8 * 100);
+        delays.push_back((tick - kTicksAtUnixEpoch) * 100 - r.sample.device_time.ns);
         least_delay = std::min(least_delay, delays.back());
         read_eye(table, left, r.sample.eye(Eye::left));
         read_eye(table, right, r.sample.eye(Eye::right));
@@ -94,8 +97,8 @@ Result<Recording> read_vive_sranipal(const ImportInput& input) {
     if (table.failed()) return table.error();
     for (std::size_t i = 0; i < recording.samples.size(); ++i) {
         GazeSample& s = recording.samples[i].sample;
-        const std::int64_t delay = delays[i] - least_delay;
-        s.received = s.exposed + Duration{delay <= kMaxDelay_ns ? delay : 0};
+        const auto delay = static_cast<unsigned __int128>(delays[i] - static_cast<__int128>(least_delay));
+        s.received = s.exposed + Duration{delay <= kMaxDelay_ns ? static_cast<std::int64_t>(delay) : 0};
     }
     recording.info.nominal_rate_hz = measured_rate_hz(recording);
     return recording;

@@ -169,6 +169,21 @@ TEST(ViveSranipal, MirrorsXAndKeepsBothClocks) {
     EXPECT_FALSE(one->samples[0].sample.head.valid);
 }
 
+TEST(ViveSranipal, TimesThatCannotBeAreErrorsAndNotOverflows) {
+    const std::string head =
+        "time(100ns);time_stamp(ms);eye_valid_L;eye_valid_R;openness_L;openness_R;pupil_diameter_L(mm);"
+        "pupil_diameter_R(mm);gaze_direct_L.x;gaze_direct_L.y;gaze_direct_L.z;gaze_direct_R.x;gaze_direct_R.y;"
+        "gaze_direct_R.z\n";
+    const std::string rest = ";31;31;0.9;0.8;3.5;3.5;0;0;1;0;0;1\n";
+    EXPECT_TRUE(load_text(head + "638342794000115346;0" + rest));
+    for (const char* times : {"0;0", "1242711936000000001;0", "9223372036854775807;0", "638342794000115346;4294967296"})
+        EXPECT_THAT(load_text(head + times + rest).error().where, HasSubstr(":2:")) << times;
+    std::string backwards = head;  // each pair of lines turns the 32-bit count over once
+    for (int i = 0; i < 1100; ++i)
+        backwards += "638342794000115346;4294967295" + rest + "638342794000115346;-2147483648" + rest;
+    EXPECT_FALSE(load_text(backwards));
+}
+
 TEST(PupilCloud, KeepsUtcNanosecondsToTheLastDigit) {
     const Recording r = excerpt("pupil_invisible_gaze.csv", "pupil_cloud");
     EXPECT_EQ(t_ns(r, 0), 1'650'316'509'598'345'895);
