@@ -89,6 +89,7 @@ void add_subject(CLI::App& parent, int* exit_code, const char* name, const char*
 }  // namespace
 
 void add_tradeoff_extrapolation(CLI::App& parent, int* exit_code);
+void add_tradeoff_foveation(CLI::App& parent, int* exit_code);
 
 void add_tradeoff(CLI::App& app, int* exit_code) {
     auto* c = app.add_subcommand("tradeoff", "What accuracy costs: error and time of each method, in one run");
@@ -99,6 +100,7 @@ void add_tradeoff(CLI::App& app, int* exit_code) {
     add_subject(*c, exit_code, "fovea", "Share of frames whose eye lies outside the sharp region, against its area", false, judge_foveas);
     add_tradeoff_pupil(*c, exit_code);
     add_tradeoff_extrapolation(*c, exit_code);
+    add_tradeoff_foveation(*c, exit_code);
 }
 
 }  // namespace fovea::tools

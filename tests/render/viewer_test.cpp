@@ -184,4 +184,15 @@ TEST_F(Viewer, AnInterruptEndsItCleanly) {
     }
 }
 
+TEST_F(Viewer, TradeoffFoveationJudgesEveryMethodInOneRun) {
+    std::string command = std::string("'") + FOVEA_BIN_DIR;
+    command.append("/fovea' tradeoff foveation --scene fragbox --size 64 --repeat 1 --budget-ms 100000 --csv ").append(quoted(dir_ / "csv"));
+    command.append(" >").append(quoted(dir_ / "out")).append(" 2>").append(quoted(dir_ / "err"));
+    ASSERT_EQ(std::system(command.c_str()), 0) << text("err");
+    for (const char* method : {"full", "scaled_bins linear, gain 4", "scaled_bins_late", "inset_outset 0.5", "dynamic_viewports", "shading_rate"})
+        EXPECT_NE(text("out").find(method), std::string::npos) << method;
+    EXPECT_NE(text("csv").find("exact"), std::string::npos);
+    EXPECT_NE(text("err").find("within 100000 ms: full"), std::string::npos) << "the most accurate of all: " << text("err");
+}
+
 }  // namespace
