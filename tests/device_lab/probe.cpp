@@ -269,7 +269,8 @@ int session(const std::string& truth_file, const std::string& file, int argc, ch
             received_us.push_back(static_cast<double>(to_ns(m.received) - t->first) * 1e-3);
             if (models > 500) worst_clock_us = std::max(worst_clock_us, std::abs(static_cast<double>(to_ns(m.exposed) - t->first)) * 1e-3);
         }
-        if (m.eye(Eye::combined).reference != m.exposed) return true;   // blink or invalid: the old gaze is held
+        if (m.eye(Eye::combined).reference != m.exposed || m.eye(Eye::combined).event == GazeEvent::blink)
+            return true;   // blink, closing lid or invalid: an older gaze is held
         ++used;
         const double deg = angle_between(m.eye(Eye::combined).gaze_dir_head, t->second->eye(Eye::combined).gaze_dir_head) * 57.29577951308232;
         worst_deg = std::max(worst_deg, deg);
