@@ -8,6 +8,7 @@
 #include <fstream>
 
 #include "protocol/sphere.hpp"
+#include "tests/drivers/allocation_counter.hpp"
 #include "tests/drivers/hid/descriptor_shapes.hpp"
 
 using namespace fovea;
@@ -170,6 +171,18 @@ TEST(EyeTracker, CountsShortAndOverlongReportsAsMalformed) {
     bool has_time = false;
     const std::uint8_t touch[] = {9, 1};
     EXPECT_EQ(o.tracker.decode(touch, s, has_time), Decoded::foreign);
+}
+
+TEST(EyeTracker, AllocatesNothingPerReport) {
+    for (const Shape& shape : shapes()) {
+        Opened o = open_shape(shape.name);
+        const auto report = encode_tracking(o.descriptor, looking_at(0.2, 0.1));
+        GazeSample s;
+        bool has_time = false;
+        const std::size_t before = allocated_bytes();
+        for (int i = 0; i < 1000; ++i) (void)o.tracker.decode(report, s, has_time);
+        EXPECT_EQ(allocated_bytes(), before) << shape.name;
+    }
 }
 
 TEST(EyeTracker, RefusesADescriptorWithoutGaze) {
