@@ -58,7 +58,7 @@ void print_latencies(const char* what, std::vector<double> us) {
 }
 
 int watch(const std::string& driver, int argc, char** argv) {
-    const Arguments args(argc, argv, {"--set", "--set2", "--set3", "--count", "--losses", "--seconds", "--latency"});
+    const Arguments args(argc, argv, {"--set", "--set2", "--set3", "--count", "--losses", "--seconds", "--latency", "--switches"});
     drivers::DeviceSettings settings;
     for (const char* key : {"--set", "--set2", "--set3"})
         if (const std::string s = args.text(key, ""); !s.empty()) settings.values[s.substr(0, s.find('='))] = s.substr(s.find('=') + 1);
@@ -80,6 +80,8 @@ int watch(const std::string& driver, int argc, char** argv) {
     int files_early = 0;
     long kib_early = 0;
     std::string last_error;
+    const long switches_wanted = args.number("--switches", 0);
+    std::uint64_t switches = 0;
     GazeSample s;
     while (!stop && time.now() < end && (count == 0 || samples < count) &&
            (losses == 0 || static_cast<long>(device->counters().losses) < losses)) {
@@ -90,6 +92,7 @@ int watch(const std::string& driver, int argc, char** argv) {
             continue;
         }
         ++opens;
+        if (opens == 1) std::printf("watch open: %s\n", device->info().name.c_str());
         for (;;) {
             const auto status = device->poll(s, std::min(end, time.now() + std::chrono::milliseconds(500)));
             if (status == drivers::PollStatus::lost || status == drivers::PollStatus::ended) break;
@@ -98,6 +101,11 @@ int watch(const std::string& driver, int argc, char** argv) {
                 valid += s.eye(Eye::combined).valid ? 1 : 0;
                 if (latency) us.push_back(static_cast<double>(to_ns(time.now()) - s.device_time.ns) * 1e-3);
             }
+            if (const auto now = device->counters().switches; now != switches) {
+                switches = now;
+                std::printf("watch switch %llu: %s\n", static_cast<unsigned long long>(now), device->info().name.c_str());
+            }
+            if (switches_wanted > 0 && static_cast<long>(switches) >= switches_wanted) stop = 1;
             if (stop || time.now() >= end || (count > 0 && samples >= count)) break;
         }
         device->close();
