@@ -131,11 +131,30 @@ Result<void> InsetOutset::prepare(std::span<const ViewTarget> targets) {
         if (!inset) return std::unexpected(inset.error());
         v.outset = *std::move(outset);
         v.inset = *std::move(inset);
+        v.enlarging = enlarging_plan(v, t);
+        if (v.enlarging) cpu_resolve_.reserve(*v.enlarging);
         views.push_back(std::move(v));
     }
     views_ = std::move(views);
     prepared_.assign(targets.begin(), targets.end());
     return {};
+}
+
+// The processor enlarges by whole powers of two, unfiltered, from one sample a texel: then, and where the probe found it
+// cheaper, the outset goes that way.
+std::optional<density::Plan> InsetOutset::enlarging_plan(const View& v, const ViewTarget& t) const {
+    const bool wanted = settings_.resolver == Resolver::processor || (settings_.resolver == Resolver::automatic && driver_traits().processor_resolve);
+    if (!wanted || settings_.inset_outset.contrast > 0) return std::nullopt;
+    for (std::uint8_t shift = 1; shift <= 3; ++shift) {
+        if (v.outset.drawn.width() << shift != t.width_px || v.outset.drawn.height() << shift != t.height_px) continue;
+        density::PlanSettings s{.width_px = t.width_px, .height_px = t.height_px, .level_count = 2};
+        s.levels[1] = {shift, shift};
+        auto plan = density::Plan::create(s);
+        if (!plan || !CpuResolve::can_resolve(t, *plan)) return std::nullopt;
+        plan->assign(std::array<density::BinRect, 2>{});   // everything at level 1: the outset
+        return *std::move(plan);
+    }
+    return std::nullopt;
 }
 
 Method::Region InsetOutset::full_region(std::size_t view) const noexcept { return view < views_.size() ? views_[view].region : Region{}; }
@@ -267,6 +286,11 @@ void InsetOutset::compose(const View& v, const ViewTarget& t) noexcept {
     const InsetOutsetSettings& s = settings_.inset_outset;
     const float w = static_cast<float>(t.width_px), h = static_cast<float>(t.height_px);
     const float side = static_cast<float>(v.inset.drawn.width());
+    if (v.enlarging) {
+        const gl::Name outset = v.outset.resolved.framebuffer() != 0 ? v.outset.resolved.framebuffer() : v.outset.drawn.framebuffer();
+        const std::array<CpuResolve::Level, 2> levels{{{}, {outset, 0, 0, v.outset.drawn.width(), v.outset.drawn.height()}}};
+        cpu_resolve_.run(*v.enlarging, t, levels);
+    }
     glBindFramebuffer(GL_FRAMEBUFFER, t.framebuffer);
     glViewport(t.x_px, t.y_px, t.width_px, t.height_px);
     glDisable(GL_SCISSOR_TEST);
@@ -292,6 +316,7 @@ void InsetOutset::compose(const View& v, const ViewTarget& t) noexcept {
         glUniform2f(1, w, h);
         if (s.contrast > 0) glUniform1f(2, static_cast<float>(s.contrast));
         if (p == &far_) {
+            if (v.enlarging) continue;
             rectangle(0, 0, w, y0);
             rectangle(0, y1, w, h);
             rectangle(0, y0, x0, y1);

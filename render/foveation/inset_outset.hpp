@@ -13,8 +13,10 @@
 // Cost: two submissions a view. MSAA on all four views; the driver's maximum limits it.
 #pragma once
 
+#include <optional>
 #include <vector>
 
+#include "render/foveation/cpu_resolve.hpp"
 #include "render/foveation/fragment_counter.hpp"
 #include "render/foveation/method.hpp"
 
@@ -43,10 +45,12 @@ private:
         double x_px = 0, y_px = 0;       // the inset's middle, whole-picture pixels
         int left_px = 0, bottom_px = 0;  // of the inset's image in the picture; may be negative
         Region region;
+        std::optional<density::Plan> enlarging;   // set: the outset is enlarged on the processor, by this plan
     };
 
     explicit InsetOutset(const MethodSettings& settings) : settings_(settings), counter_(settings.count_fragments) {}
     [[nodiscard]] Result<Image> make_image(int width_px, int height_px) const;
+    [[nodiscard]] std::optional<density::Plan> enlarging_plan(const View& view, const ViewTarget& target) const;
     void place(View& view, const ViewTarget& target, const ViewFocus& focus) const noexcept;
     void begin_image(const gl::RenderTarget& target, const gl::Clear& clear, bool closed) const noexcept;
     void mask_disc(const gl::RenderTarget& target, double x_px, double y_px, double rx_px, double ry_px, bool open) const noexcept;
@@ -58,6 +62,7 @@ private:
 
     MethodSettings settings_;
     FragmentCounter counter_;
+    CpuResolve cpu_resolve_;
     bool depth_mask_ = false;
     gl::Program disc_, far_, near_;
     gl::VertexArray arrays_;

@@ -115,6 +115,23 @@ TEST_F(InsetOutset, NoMaskedTexelIsEverSeen) {
         }
 }
 
+TEST_F(InsetOutset, ProcessorAndGpuComposeTheSamePicture) {
+    const QuadDraw quad(kPattern);
+    Views v(256, 128);
+    v.look(0, {0.3f, -0.2f, 4, 4, 0});
+    std::vector<Pixels> pictures;
+    for (const auto resolver : {foveation::Resolver::gpu, foveation::Resolver::processor}) {
+        MethodSettings s;
+        s.resolver = resolver;
+        s.inset_outset = {.ratio = 0.5, .inset_px = 64, .blend_px = 8};
+        make(v, s)->submit(quad.list(), v.targets, v.focus);
+        pictures.push_back(read(v.targets[0]));
+    }
+    int worst = 0;
+    for (std::size_t k = 0; k < pictures[0].size(); ++k) worst = std::max(worst, std::abs(int{pictures[0][k]} - int{pictures[1][k]}));
+    EXPECT_LE(worst, 2);
+}
+
 TEST_F(InsetOutset, HiddenCornersAreNotShaded) {
     const QuadDraw quad("color = vec4(1.0);");
     Views v(256, 256);
