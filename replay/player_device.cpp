@@ -16,6 +16,7 @@ namespace {
 
 using drivers::PollStatus;
 
+constexpr Duration kMaxSpan = std::chrono::hours(24 * 3653);
 constexpr unsigned long kTimerSlack_ns = 1000;
 
 class Player final : public drivers::Device {
@@ -114,6 +115,8 @@ private:
             last = std::max(last, t);
             earliest = std::min(earliest, t);
         }
+        if (last - earliest > kMaxSpan)
+            return fail("the recording spans more than 10 years", location_, "cut it: `fovea convert --start --duration`");
         std::sort(steps.begin(), steps.end());
         // A turn of the loop takes the whole recording and one usual step, so that no two turns overlap.
         loop_length_ = last - earliest + Duration{steps.empty() ? 1'000'000 : steps[steps.size() / 2]};

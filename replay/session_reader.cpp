@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "replay/import/importer.hpp"
+#include "replay/import/text_table.hpp"
 #include "replay/session_file.hpp"
 #include "replay/session_schema.hpp"
 #include "replay/sqlite.hpp"
@@ -249,13 +250,20 @@ Result<Recording> load_session(const std::filesystem::path& path) {
     auto reader = SessionReader::open(path);
     if (!reader) return std::unexpected(reader.error());
     Recording recording{reader->info(), {}};
+    bool possible = true;
     auto read = reader->samples([&](const RecordedSample& r) {
+        for (const std::int64_t t : {r.sample.device_time.ns, to_ns(r.sample.exposed), to_ns(r.sample.received)})
+            possible &= t >= -kMaxTime_ns && t <= kMaxTime_ns;
+        if (!possible) return false;
         recording.samples.push_back(r);
         recording.info.has_labels |= r.label != Label::none;
         recording.info.has_head_pose |= r.sample.head.valid;
         return true;
     });
     if (!read) return std::unexpected(read.error());
+    if (!possible)
+        return fail("sample " + std::to_string(recording.samples.size() + 1) + " has a time beyond +-2^62 ns",
+                    path.string(), "the session is damaged: record again");
     return recording;
 }
 

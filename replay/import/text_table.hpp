@@ -74,8 +74,8 @@ private:
 // the nearest. Nothing when it is not a number or lies outside +-2^62 ns (146 years).
 [[nodiscard]] std::optional<std::int64_t> decimal_to_ns(std::string_view text, int exponent);
 
-// No time of a recording may lie outside +-2^62 ns, so that differences never overflow.
-inline constexpr std::int64_t kMaxTime_ns = std::int64_t{1} << 62;
+// No time of a recording may reach +-2^62 ns, so that differences never overflow.
+inline constexpr std::int64_t kMaxTime_ns = (std::int64_t{1} << 62) - 1;
 
 [[nodiscard]] std::string_view trimmed(std::string_view text) noexcept;
 // The first line, without its line end.

@@ -418,8 +418,8 @@ TEST(DecimalTime, IsExactWhereADoubleIsNot) {
     EXPECT_EQ(decimal_to_ns("0.0000000004", 0), 0);
     EXPECT_EQ(decimal_to_ns("6436740.68700000", -3), 6'436'740'687'000);
     EXPECT_EQ(decimal_to_ns("1.5e3", -3), 1'500'000'000);
-    EXPECT_EQ(decimal_to_ns("4611686018427387904", -9), kMaxTime_ns);
-    EXPECT_EQ(decimal_to_ns("4611686018427387905", -9), std::nullopt);
+    EXPECT_EQ(decimal_to_ns("4611686018427387903", -9), kMaxTime_ns);
+    EXPECT_EQ(decimal_to_ns("4611686018427387904", -9), std::nullopt);
     for (const char* bad : {"", "-", ".", "1.2.3", "0x10", "1e", "1e400", "nan", "inf", "99999999999999999999999999999999999999999999"})
         EXPECT_EQ(decimal_to_ns(bad, 0), std::nullopt) << bad;
 }

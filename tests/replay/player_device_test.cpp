@@ -195,6 +195,13 @@ TEST(Player, RefusesWhatCannotBe) {
     EXPECT_THAT((*beyond)->open().error().message(), HasSubstr("leave no sample"));
 }
 
+TEST(Player, ARecordingOfCenturiesIsRefused) {
+    const ManualTime time(kStart);
+    auto device = make_player(recording_at({0, 2'900'000'000'000'000'000}), {}, "memory", time);
+    ASSERT_TRUE(device);
+    EXPECT_THAT((*device)->open().error().message(), HasSubstr("10 years"));
+}
+
 TEST(Player, EveryKeyOfTheRowIsUnderstood) {
     const ManualTime time(kStart);
     for (const auto& key : player_row().keys) {

@@ -383,6 +383,15 @@ TEST(SessionFile, ANewerSchemaSaysUpdate) {
     EXPECT_THAT(opened.error().way_out, HasSubstr("update Fovea"));
 }
 
+TEST(SessionFile, ATimeThatCannotBeIsAnErrorAndNotAnOverflow) {
+    const TempDir dir;
+    ASSERT_TRUE(write_session(dir / "a.fovea", odd_recording(10, 11)));
+    tamper(dir / "a.fovea", "UPDATE samples SET exposed_ns = -9223372036854775808 WHERE n = 3");
+    const auto r = load_recording(dir / "a.fovea");
+    ASSERT_FALSE(r);
+    EXPECT_THAT(r.error().message(), HasSubstr("sample 3"));
+}
+
 TEST(SessionFile, ForeignFilesAreRefused) {
     const TempDir dir;
     tamper(dir / "other.db", "CREATE TABLE t (a)");
