@@ -75,7 +75,9 @@ bool Context::continues(const Pass& pass) const {
 }
 
 bool Context::choose_levels(Pass& pass, Call call) {
-    const bool fresh = batch_.color_cleared && !batch_.needs_depth;
+    // A clear of the colours alone leaves the depth of a pass in force, for draws that may still come.
+    const bool depth_goes_on = pass.mode == Pass::Mode::levels && shape_.has_depth && !batch_.depth_cleared;
+    const bool fresh = batch_.color_cleared && !batch_.needs_depth && !(depth_goes_on && latch() == pass.latched);
     if (!fresh && pass.mode != Pass::Mode::none) count(stats.lateness_lost_by[static_cast<unsigned>(pass.submitted_by)]);
     if (fresh) {
         pass.resolved = true;  // whatever the levels hold is cleared away

@@ -275,6 +275,23 @@ TEST_F(Late, DepthOfAPassSurvivesAFlushInside) {
     for (const Rgba& pixel : p.pixels) ASSERT_EQ(pixel, kGreen);
 }
 
+TEST_F(Late, DepthOfAPassSurvivesAClearOfTheColorsAlone) {
+    const Surface s = surface(256, 256);
+    glClear(GL_DEPTH_BUFFER_BIT);  // the program's own depth buffer: everything would be in front of it
+    glFinish();
+    foveate(s);
+    focus(s, 0, 0, 8);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    glEnable(GL_DEPTH_TEST);
+    draw_triangle(-1, -1, 4, -0.5f, {0, 1, 0, 1});
+    glFlush();
+    glClearColor(0, 0, 1, 1);
+    glClear(GL_COLOR_BUFFER_BIT);
+    glFlush();
+    draw_triangle(-1, -1, 4, 0.5f, {1, 0, 0, 1});  // behind what was drawn before
+    for (const Rgba& pixel : read(s).pixels) ASSERT_EQ(pixel, kBlue);
+}
+
 TEST_F(Late, AVisitToAnotherFramebufferKeepsThePass) {
     const Surface s = foveated(), shadow = surface(64, 64);
     glBindFramebuffer(GL_FRAMEBUFFER, s.framebuffer);
