@@ -11,6 +11,8 @@ struct Pipeline::State {
     std::array<std::optional<EyeLine>, kEyeCount> lines;  // left and right only when asked for
     MotionModel model;
     PipelineCounters counters;
+    std::array<Calibration, kEyeCount> calibrations;  // identity until set
+    bool calibrated = false;
 };
 
 Pipeline::Pipeline(std::unique_ptr<State> state) noexcept : state_{std::move(state)} {}
@@ -29,8 +31,26 @@ Result<Pipeline> Pipeline::create(const PipelineSettings& settings) {
     return Pipeline(std::move(state));
 }
 
-const MotionModel& Pipeline::update(const GazeSample& sample) noexcept {
+namespace {
+
+void calibrate(EyeState& eye, const Calibration& calibration) noexcept {
+    if (!eye.valid) return;
+    // Whatever is no direction stays as it is: the validator tells it.
+    if (const auto unit = Direction<HeadFrame>::from(eye.gaze_dir_head.vec())) eye.gaze_dir_head = calibration.apply(*unit);
+}
+
+}  // namespace
+
+void Pipeline::set_calibration(Eye eye, const Calibration& calibration) noexcept {
+    state_->calibrations[static_cast<std::size_t>(eye)] = calibration;
+    state_->calibrated = true;
+}
+
+const MotionModel& Pipeline::update(const GazeSample& as_measured) noexcept {
     State& s = *state_;
+    GazeSample sample = as_measured;
+    if (s.calibrated)
+        for (std::size_t i = 0; i < kEyeCount; ++i) calibrate(sample.eyes[i], s.calibrations[i]);
     PipelineCounters& n = s.counters;
     ++n.samples;
     EyeLine& both = *s.lines[0];

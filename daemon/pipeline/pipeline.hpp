@@ -1,4 +1,4 @@
-// The pipeline: validate -> blink gate -> filter -> classify -> predict -> MotionModel, one sample at a time.
+// The pipeline: calibrate -> validate -> blink gate -> classify -> filter -> predict -> MotionModel, one sample at a time.
 //
 // Pure: no I/O, no clock, no thread. Everything follows from exposure times and values, as differences in int64
 // nanoseconds, so the same recording gives the same bits whenever it is played.
@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "daemon/pipeline/calibration.hpp"
 #include "daemon/pipeline/settings.hpp"
 #include "protocol/error.hpp"
 #include "protocol/motion_model.hpp"
@@ -37,7 +38,10 @@ public:
     // Takes one sample and returns the model that is to be published for it (sequence, filtered and published are the
     // caller's to fill). The reference stays valid until the next call.
     [[nodiscard]] const MotionModel& update(const GazeSample& sample) noexcept;
-    // As after create(): for a new source.
+    // From the next sample on, this eye's directions go through the calibration. Not in the steady loop. Keep the gaze
+    // that a tracker combined by itself apart: `combined` is applied to it, left and right to the eyes.
+    void set_calibration(Eye eye, const Calibration& calibration) noexcept;
+    // As after create(), calibrations kept: for a new source.
     void reset() noexcept;
     [[nodiscard]] const PipelineCounters& counters() const noexcept;
 

@@ -42,7 +42,7 @@ struct BlinkSettings {
 struct ClassifierSettings {
     double min_onset_deg_s = 22;     // [1, 1000]: a saccade begins above this speed (or the noise's), low-noise eye
     double noise_factor = 5;         // [1, 50]: ... or above this many times the speed that the noise alone shows
-    double end_ratio = 0.6;          // [0.1, 1]: a saccade ends below this share of its onset threshold
+    double end_ratio = 0.95;         // [0.1, 1]: a saccade ends below this share of its onset threshold
     double pursuit_min_deg_s = 4;    // [0.5, 100]: slower than this is a fixation
     double pursuit_window_ms = 120;  // [20, 1000]: over which pursuit must keep its direction
 };

@@ -141,6 +141,23 @@ TEST(Pipeline, FollowsGazeAcrossTheSideAndBehind) {
     }
 }
 
+TEST(Pipeline, PutsEachEyeThroughItsOwnCalibration) {
+    std::vector<CalibrationPoint> shifted;
+    for (const double x : {-10.0, 0.0, 10.0})
+        for (const double y : {-10.0, 0.0, 10.0}) shifted.push_back({at_deg(x + 2, y), at_deg(x, y)});
+    const auto c = fit_calibration(shifted);
+    ASSERT_TRUE(c) << c.error().message();
+    Pipeline p = make("none", "hold");
+    p.set_calibration(Eye::left, *c);
+    GazeSample s = sample_at(kMs, at_deg(0, 0), false);
+    s.eye(Eye::left).valid = s.eye(Eye::right).valid = true;
+    s.eye(Eye::left).gaze_dir_head = s.eye(Eye::right).gaze_dir_head = at_deg(5, 0);
+    const MotionModel& m = p.update(s);
+    EXPECT_NEAR(to_azimuth_elevation(m.eye(Eye::left).gaze_dir_head).azimuth_rad / kDegree, 3, 0.05);
+    EXPECT_NEAR(to_azimuth_elevation(m.eye(Eye::right).gaze_dir_head).azimuth_rad / kDegree, 5, 1e-9);
+    EXPECT_NEAR(to_azimuth_elevation(m.eyes[0].gaze_dir_head).azimuth_rad / kDegree, 4, 0.05) << "the mean of both";
+}
+
 // Any sequence of samples whatever gives finite output and instants that do not go back.
 TEST(PipelineProperty, AnySequenceGivesFiniteOutputAndMonotonicInstants) {
     const auto odd = rc::gen::element(0.0, -0.0, 1.0, -1.0, 1e-320, 1e300, -1e300, std::numeric_limits<double>::infinity(),
