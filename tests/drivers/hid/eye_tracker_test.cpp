@@ -8,7 +8,7 @@
 #include <fstream>
 
 #include "protocol/sphere.hpp"
-#include "tests/drivers/allocation_counter.hpp"
+#include "tests/allocation/allocation_count.hpp"
 #include "tests/drivers/hid/descriptor_shapes.hpp"
 
 using namespace fovea;
@@ -179,9 +179,9 @@ TEST(EyeTracker, AllocatesNothingPerReport) {
         const auto report = encode_tracking(o.descriptor, looking_at(0.2, 0.1));
         GazeSample s;
         bool has_time = false;
-        const std::size_t before = allocated_bytes();
+        const std::size_t before = fovea::test::allocated_bytes();
         for (int i = 0; i < 1000; ++i) (void)o.tracker.decode(report, s, has_time);
-        EXPECT_EQ(allocated_bytes(), before) << shape.name;
+        EXPECT_EQ(fovea::test::allocated_bytes(), before) << shape.name;
     }
 }
 
