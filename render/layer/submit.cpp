@@ -76,8 +76,9 @@ bool Context::continues(const Pass& pass) const {
 
 bool Context::choose_levels(Pass& pass, Call call) {
     // A clear of the colours alone leaves the depth of a pass in force, for draws that may still come.
-    const bool depth_goes_on = pass.mode == Pass::Mode::levels && shape_.has_depth && !batch_.depth_cleared;
-    const bool fresh = batch_.color_cleared && !batch_.needs_depth && !(depth_goes_on && latch() == pass.latched);
+    const bool depth_goes_on = pass.mode != Pass::Mode::none && shape_.has_depth && !batch_.depth_cleared;
+    const bool keeps_way = depth_goes_on && (pass.mode == Pass::Mode::native || latch() == pass.latched);
+    const bool fresh = batch_.color_cleared && !batch_.needs_depth && !keeps_way;
     if (!fresh && pass.mode != Pass::Mode::none) count(stats.lateness_lost_by[static_cast<unsigned>(pass.submitted_by)]);
     if (fresh) {
         pass.resolved = true;  // whatever the levels hold is cleared away
@@ -91,7 +92,7 @@ bool Context::choose_levels(Pass& pass, Call call) {
         resolve(pass);
         return start_levels(pass, latched);
     }
-    if (batch_.needs_depth) return false;
+    if (batch_.needs_depth || (pass.mode == Pass::Mode::native && depth_goes_on)) return false;
     const bool ends_frame = call != Call::BindFramebuffer && call != Call::none;
     if (!batch_.drew && ends_frame) return false;  // clears only
     return start_levels(pass, latched);

@@ -244,6 +244,7 @@ protected:
         if (const char* one = std::getenv("FOVEA_LAYER_SEED")) return test(static_cast<unsigned>(std::atoi(one)));
         const char* many = std::getenv("FOVEA_LAYER_SEEDS");
         const unsigned count = many ? static_cast<unsigned>(std::atoi(many)) : standard;
+        for (const unsigned found : {94u, 276u}) test(found);  // failed once
         for (unsigned seed = 1; seed <= count && !HasFatalFailure(); ++seed) test(seed);
     }
 };
