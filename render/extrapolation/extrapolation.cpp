@@ -92,7 +92,7 @@ bool Extrapolator::prepare(int width_px, int height_px, Format format) noexcept 
         if (std::min(width_px, height_px) < 256) s.tuning.cell_px = 2;
         s.tiles.resize(width_px, height_px);
         s.luma_scratch.resize(width_px, s.settings.threads);
-        s.motion.resize(width_px, height_px, s.tuning.cell_px);
+        s.motion.resize(width_px, height_px, s.tuning.cell_px, s.settings.threads);
         s.projection.resize(s.motion.field().width, s.motion.field().height);
         s.known_projection.resize(0, 0);
         s.source.resize(width_px, height_px, format);

@@ -49,7 +49,12 @@ struct BalanceJob {
 struct SpreadJob {
     const SearchJob* search;
     float *u, *v;                // width x height
+    float* scratch;              // spread_scratch() floats for each run of `bands_per_scratch` bands
+    int bands_per_scratch;       // a call's bands lie in one such run
 };
+// The caller's memory, not the stack's: the GLES layer runs in threads of programs that may have little of it.
+[[nodiscard]] constexpr int spread_pitch(int columns) noexcept { return columns * kStridePx + 16; }
+[[nodiscard]] constexpr int spread_scratch(int columns) noexcept { return 3 * kStridePx * spread_pitch(columns); }
 
 // One edge-aware pass: every cell becomes the mean of its neighbours at `step`, weighted by likeness in `guide` and by trust.
 struct SmoothJob {

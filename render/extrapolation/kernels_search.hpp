@@ -211,15 +211,14 @@ static void balance(const BalanceJob& job) {
 
 static void spread(const SpreadJob& job, int band0, int band1) {
     const SearchJob& s = *job.search;
-    constexpr int kMaxWidth = 8192 + 32;   // kMaxEdgePx / 2, the finest cell
-    // On the stack: as thread-local data of a library that programs load late, it would not fit into what the loader keeps
-    // for that, and the GLES layer could not be loaded at all. Only the columns of the picture are touched.
-    float sums[3][kStridePx][kMaxWidth];
+    const int pitch = spread_pitch(s.columns);
+    float* const scratch = job.scratch + static_cast<std::ptrdiff_t>(band0 / job.bands_per_scratch) * spread_scratch(s.columns);
+    // [u, v, weight][row of the band][column, shifted by one stride]
+    const auto sums = [&](int plane, int row) __attribute__((always_inline)) { return scratch + (plane * kStridePx + row) * pitch; };
     V8 one;
     splat(one, 1.0f);
     for (int band = band0; band < band1; ++band) {
-        for (auto& plane : sums)
-            for (auto& row : plane) __builtin_memset(row, 0, sizeof(float) * static_cast<std::size_t>(s.columns * kStridePx + 16));
+        __builtin_memset(scratch, 0, sizeof(float) * static_cast<std::size_t>(spread_scratch(s.columns)));
         for (int half = 0; half < 2; ++half) {
             const int j = band + half, first = half == 0 ? kStridePx : 0;   // rows of the patch that lie in the band
             if (j >= s.rows) continue;
@@ -252,7 +251,7 @@ static void spread(const SpreadJob& job, int band0, int band1) {
                         at_least(e, one);
                         w = one / e;
                     }
-                    float *su = sums[0][r] + x + kStridePx, *sv = sums[1][r] + x + kStridePx, *sw = sums[2][r] + x + kStridePx;
+                    float *su = sums(0, r) + x + kStridePx, *sv = sums(1, r) + x + kStridePx, *sw = sums(2, r) + x + kStridePx;
                     V8 cu, cv, cw;
                     load(cu, su);
                     load(cv, sv);
@@ -265,10 +264,10 @@ static void spread(const SpreadJob& job, int band0, int band1) {
         }
         for (int r = 0; r < kStridePx && band * kStridePx + r < s.height; ++r) {
             const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(band * kStridePx + r) * s.width;
+            const float *su = sums(0, r) + kStridePx, *sv = sums(1, r) + kStridePx, *sw = sums(2, r) + kStridePx;
             for (int x = 0; x < s.width; ++x) {
-                const float w = sums[2][r][x + kStridePx];
-                job.u[row + x] = sums[0][r][x + kStridePx] / w;
-                job.v[row + x] = sums[1][r][x + kStridePx] / w;
+                job.u[row + x] = su[x] / sw[x];
+                job.v[row + x] = sv[x] / sw[x];
             }
         }
     }

@@ -25,7 +25,7 @@ float sample(const Plane& p, float x, float y) noexcept {
 
 }  // namespace
 
-void MotionSearch::resize(int width_px, int height_px, int cell_px) {
+void MotionSearch::resize(int width_px, int height_px, int cell_px, int threads) {
     width_px_ = width_px;
     height_px_ = height_px;
     cell_px_ = cell_px;
@@ -48,6 +48,8 @@ void MotionSearch::resize(int width_px, int height_px, int cell_px) {
     const int columns = (finest.width() + kStridePx - 1) / kStridePx + 1, rows = (finest.height() + kStridePx - 1) / kStridePx + 1;
     patches_.resize(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
     tasks_.resize(patches_.size());
+    threads_ = threads;
+    spread_scratch_.assign(static_cast<std::size_t>(spread_scratch(columns)) * static_cast<std::size_t>(threads), 0.0f);
     anchors_.assign(static_cast<std::size_t>((width_px + kTilePx - 1) / kTilePx) * static_cast<std::size_t>((height_px + kTilePx - 1) / kTilePx), 0);
     trust_.assign(forward_[0].u.size(), 1.0f);
     smoothed_.resize(finest.width(), finest.height());
@@ -138,8 +140,9 @@ void MotionSearch::search_level(int level, bool backward, const Tuning& tuning, 
                         tuning.iterations, tuning.passes, reach};
     pool.run(rows, kChunkRows, [&](int row0, int row1) { kernels.search(job, row0, row1); });
     kernels.balance({&job, tuning.balance_rounds, tuning.stiffness});
-    const SpreadJob spread{&job, fields[l].u.data(), fields[l].v.data()};
-    pool.run((from.height() + kStridePx - 1) / kStridePx, 8, [&](int band0, int band1) { kernels.spread(spread, band0, band1); });
+    const int bands = (from.height() + kStridePx - 1) / kStridePx, bands_per_thread = (bands + threads_ - 1) / threads_;
+    const SpreadJob spread{&job, fields[l].u.data(), fields[l].v.data(), spread_scratch_.data(), bands_per_thread};
+    pool.run(bands, bands_per_thread, [&](int band0, int band1) { kernels.spread(spread, band0, band1); });
 }
 
 // A cell whose partner does not come back was hidden in the other source: its motion is a guess.

@@ -19,7 +19,7 @@ struct MotionSettings {
 
 class MotionSearch {
 public:
-    void resize(int width_px, int height_px, int cell_px);
+    void resize(int width_px, int height_px, int cell_px, int threads);
 
     [[nodiscard]] Plane& near_luma() noexcept { return near_[0]; }
     [[nodiscard]] Plane& far_luma() noexcept { return far_[0]; }
@@ -48,7 +48,8 @@ private:
     std::vector<PatchMotion> patches_;
     std::vector<std::uint8_t> tasks_;
     std::vector<std::uint8_t> anchors_;   // per tile: still, and textured enough to know it
-    std::vector<float> trust_;
+    std::vector<float> trust_, spread_scratch_;
+    int threads_ = 1;
     Field smoothed_;
     float unexplained_ = 0;
 };
