@@ -136,10 +136,13 @@ void MotionSearch::search_level(int level, bool backward, const Tuning& tuning, 
             patches_[at(i, j, columns)] = m;
         }
     const float reach = std::max(1.0f, kSearchReach * static_cast<float>(std::max(width_px_, height_px_)) / static_cast<float>(cell_px_ << level));
+    // The way back only has to tell right from wrong.
+    const int iterations = backward ? (tuning.iterations + 1) / 2 : tuning.iterations;
+    const int rounds = backward ? (tuning.balance_rounds + 1) / 2 : tuning.balance_rounds;
     const SearchJob job{from.row(0), to.row(0), from.stride(), from.width(), from.height(), columns, rows, patches_.data(), tasks_.data(),
-                        tuning.iterations, tuning.passes, reach};
+                        iterations, tuning.passes, reach};
     pool.run(rows, kChunkRows, [&](int row0, int row1) { kernels.search(job, row0, row1); });
-    kernels.balance({&job, tuning.balance_rounds, tuning.stiffness});
+    kernels.balance({&job, rounds, tuning.stiffness});
     const int bands = (from.height() + kStridePx - 1) / kStridePx, bands_per_thread = (bands + threads_ - 1) / threads_;
     const SpreadJob spread{&job, fields[l].u.data(), fields[l].v.data(), spread_scratch_.data(), bands_per_thread};
     pool.run(bands, bands_per_thread, [&](int band0, int band1) { kernels.spread(spread, band0, band1); });
