@@ -144,16 +144,5 @@ BENCHMARK_CAPTURE(plan_update, moving_4, 4, true)->Name("Plan/64x64 bins/4 point
     return true;
 }();
 
-// A frame in which nothing was drawn.
-void nothing_drawn(benchmark::State& state) {
-    if (context() == nullptr) return state.SkipWithError("no EGL context");
-    auto method = foveation::create_method("scaled_bins", {});
-    auto target = gl::RenderTarget::create({.width_px = 1024, .height_px = 1024});
-    const std::vector<foveation::ViewTarget> targets{{target->framebuffer(), 0, 0, 1024, 1024}};
-    std::vector<foveation::ViewFocus> focus(1);
-    static_cast<void>((*method)->prepare(targets));
-    for (auto _ : state) benchmark::DoNotOptimize((*method)->submit({}, {}, {}));
-}
-BENCHMARK(nothing_drawn)->Name("Foveation/nothing drawn");
 
 }  // namespace
