@@ -50,8 +50,9 @@ function(fovea_test name)
   endif()
   target_precompile_headers(${name} REUSE_FROM fovea_test_headers)
   include(GoogleTest)
+  string(REPLACE ";" "," labels "${arg_LABELS}")   # discovery loses all but the first of a list; ctest -L takes a regex
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
-    PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}")
+    PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${labels}")
   foreach(sanitizer asan tsan)
     if(sanitizer IN_LIST arg_LABELS)
       if(NOT TARGET fovea_${sanitizer}_tests)
