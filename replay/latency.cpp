@@ -67,7 +67,7 @@ const char* explain(Stage stage) noexcept {
         case Stage::received_to_filtered: return "validate, filter, classify, predict";
         case Stage::filtered_to_published: return "write the motion model to shared memory";
         case Stage::published_to_latched: return "wait until the app latches";
-        case Stage::latched_to_submitted: return "plan the foveation, patch and submit the draws";
+        case Stage::latched_to_submitted: return "plan, patch and submit; also render, where the resolve runs on the processor";
         case Stage::submitted_to_gpu_done: return "render";
         case Stage::gpu_done_to_photon: return "wait for scan-out, up to its middle";
         case Stage::motion_to_photon: return "all of it";
