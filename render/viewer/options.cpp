@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include "render/foveation/method.hpp"
+#include "render/present/presenter.hpp"
 #include "render/scene/scene.hpp"
 
 namespace fovea::viewer {
@@ -42,6 +43,8 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
     app.add_option("--size", size, "pixels per eye, WIDTHxHEIGHT or one number for a square")->capture_default_str();
     app.add_option("--method", o.method, "foveation method:" + list_of(foveation::methods()))->capture_default_str();
     app.add_option("--scene", o.scene, "what to draw:" + list_of(scene::scenes()))->capture_default_str();
+    app.add_option("--present", o.present, "where frames are shown; auto: the first of these that the environment offers:" + list_of(present::presenters()))
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast)->capture_default_str();
     app.add_option("--refresh-hz", o.scanout.refresh_hz, "refresh rate of the simulated display")->capture_default_str();
     app.add_option("--scanout-ms", o.scanout.scanout_ms, "time the simulated display takes to emit a frame")->capture_default_str();
     app.add_option("--gain", o.fovea.gain, "how fast resolution falls outside the fovea (QCOM gain, 1/NDC)")

@@ -18,6 +18,7 @@ struct Options {
     long frames = 0;                    // > 0: ends after so many frames, whatever the duration
     int width_px = 768, height_px = 768;   // per eye
     std::string method = "scaled_bins", scene = "circuit";
+    std::string present = "auto";       // a presenter's name, or auto
     present::ScanoutSettings scanout;
     density::FoveaSizeSettings fovea;
     std::string out;                    // directory; empty: no pictures
