@@ -36,7 +36,9 @@ const std::map<std::string, std::vector<std::string>> kArrows = {
     // Wiring.
     {"render/viewer", {"protocol", "protocol/include", "render/density", "render/gl", "render/foveation",
                        "render/extrapolation", "render/scene", "render/effects", "render/present"}},
-    {"daemon/main.cpp", {"protocol", "drivers", "replay", "daemon/pipeline", "daemon/service"}},
+    {"daemon/main.cpp", {"protocol", "drivers", "replay", "daemon/pipeline", "daemon/service", "daemon/recording.hpp"}},
+    {"daemon/recording.hpp", {"protocol", "drivers", "replay", "daemon/service"}},
+    {"daemon/recording.cpp", {"protocol", "drivers", "replay", "daemon/service", "daemon/recording.hpp"}},
     {"tools", {"protocol", "protocol/include", "drivers", "replay", "daemon/pipeline", "daemon/service",
                "render/density", "render/gl", "render/foveation", "render/extrapolation", "render/scene",
                "render/effects", "render/present", "render/viewer"}},
