@@ -117,7 +117,7 @@ void Governor::observe(Instant now, Duration cost) noexcept {
         while (to + 1 < count_ && predicted(to) > kDownAim * budget) ++to;
         return move(to, Reason::over_budget, median, predicted(to), now);
     }
-    told_cannot_ = false;
+    if (median <= settings_.up_at * budget) told_cannot_ = false;   // not at every dip of the noise
     if (setting_ == 0) return;
     const double up = predicted_up_s(median, now);
     if (!(up <= settings_.up_at * budget)) {

@@ -195,18 +195,24 @@ Case random_case(bool honest) {
     return c;
 }
 
-// However wrong the ladder is: under a constant load the setting comes to rest. (At the very edge of up_at the noise may
-// delay a step up for ever; once taken, it is not taken back.)
+// However wrong the ladder is: under a constant load the setting comes to rest, and with noisy frames (which may put off
+// the first try of a step for long) no step is taken back more than twice.
 RC_GTEST_PROP(GovernorProperty, NeverOscillatesOnAConstantLoad, ()) {
     const Case c = random_case(false);
     Governor g = governor(c.ladder, *rc::gen::inRange<std::size_t>(0, c.ladder.size()));
     Program p{c.truth, *rc::gen::inRange(2, 200) * 1e-3};
     p.noise = *rc::gen::inRange(0, 6) * 0.01;
     p.random.seed(*rc::gen::arbitrary<unsigned>());
-    p.run(g, 600);
-    while (g.take_change()) {}
-    p.run(g, 300);
-    while (const auto change = g.take_change()) RC_ASSERT(change->reason != Reason::over_budget);
+    p.run(g, 900);
+    std::size_t taken_back = 0;
+    bool at_rest = true;
+    while (const auto change = g.take_change()) {
+        taken_back += change->reason == Reason::over_budget;
+        at_rest = at_rest && (change->from == change->to || p.now - change->at > seconds(300));
+    }
+    RC_ASSERT(g.changes_lost() == 0u);
+    RC_ASSERT(taken_back <= 2 * c.ladder.size());
+    if (p.noise == 0) RC_ASSERT(at_rest);
 }
 
 // An honest ladder: after a disturbance of any length the setting from before it comes back, in bounded time.
