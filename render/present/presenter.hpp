@@ -84,6 +84,8 @@ public:
     [[nodiscard]] virtual Surface surface() const noexcept { return {}; }
     // The photon instant of a frame that is done at this instant.
     [[nodiscard]] virtual Instant photon_of(Instant gpu_done) const noexcept = 0;
+    // Whether present() may be given an instant still to come: the frame is then shown no sooner. Else it goes out at once.
+    [[nodiscard]] virtual bool holds_back() const noexcept { return false; }
     // Shows what is in surface(), done at gpu_done. frame: given back by collect().
     [[nodiscard]] virtual Result<void> present(std::uint64_t frame, Instant gpu_done) = 0;
     // What has become known since the last call, oldest first; empty once there is no more. Never blocks.

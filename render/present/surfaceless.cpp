@@ -31,6 +31,7 @@ public:
         return wait == begin - now;
     }
     [[nodiscard]] Instant photon_of(Instant gpu_done) const noexcept override { return display_.predict(gpu_done).photon; }
+    [[nodiscard]] bool holds_back() const noexcept override { return true; }
     [[nodiscard]] Result<void> present(std::uint64_t frame, Instant gpu_done) override {
         feedback_ = {frame, true, display_.present(gpu_done).photon, PhotonSource::simulated};
         known_ = true;

@@ -4,7 +4,7 @@ namespace fovea::viewer {
 
 std::expected<Eyes, Failure> Eyes::create(const Options& o, const TimeSource& time) {
     Eyes eyes(o.fovea);
-    auto scene = scene::Scene::create({.name = o.scene});
+    auto scene = scene::Scene::create({.name = o.scene, .speed = o.speed});
     if (!scene) return failed(scene.error(), kUsage);
     eyes.scene_.emplace(*std::move(scene));
     if (auto r = eyes.choose_method(o.method); !r) return failed(r.error(), kUsage);

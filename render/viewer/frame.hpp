@@ -22,9 +22,11 @@ struct Latched {
     [[nodiscard]] bool live() const noexcept { return (info.flags & FOVEA_LATCH_LIVE) != 0 && (focals[0].flags & FOVEA_FOCAL_STATIC) == 0; }
 };
 
-// started <= latched.when() <= submitted <= gpu_done < photon
+// started <= latched.when() <= submitted <= gpu_done < photon; an extrapolated one starts after it was latched
 struct Frame {
-    std::uint64_t number = 0;      // from 1
+    std::uint64_t number = 0;      // from 1, of the frames that are presented
+    bool extrapolated = false;     // made from the rendered frame before it, whose latch and regions it carries
+    double scene_s = 0;            // what the picture shows, seconds after the start
     Instant started;               // of its recording
     Latched latched;
     Instant submitted, gpu_done;

@@ -44,6 +44,7 @@ void Gaze::report(const Frame& frame, const present::Feedback& feedback) noexcep
     fovea_frame f{};
     FOVEA_INIT(&f);
     f.flags = feedback.source == present::PhotonSource::simulated ? FOVEA_FRAME_PHOTON_SIMULATED : 0;
+    if (frame.extrapolated) f.flags |= FOVEA_FRAME_EXTRAPOLATED;
     f.frame = frame.number;
     f.submitted_ns = to_ns(frame.submitted);
     f.gpu_done_ns = to_ns(frame.gpu_done);

@@ -5,12 +5,16 @@
 #include <string>
 
 #include "render/density/fovea_size.hpp"
+#include "render/extrapolation/extrapolation.hpp"
 #include "render/present/scanout.hpp"
 
 namespace fovea::viewer {
 
 // Exit codes, those of the `fovea` command.
 enum ExitCode { kSuccess = 0, kFailed = 1, kUsage = 2, kUnusableInput = 3, kNoDaemon = 4 };
+
+// Whether frames are extrapolated between those rendered.
+enum class Extrapolate : std::uint8_t { off, automatic, on };   // automatic: while the picture moves and frames miss their budget
 
 struct Options {
     std::string socket;                 // empty: where libfovea looks
@@ -21,6 +25,9 @@ struct Options {
     std::string present = "auto";       // a presenter's name, or auto
     present::ScanoutSettings scanout;
     density::FoveaSizeSettings fovea;
+    double speed = 1;                   // of the scene's camera and lamps
+    Extrapolate extrapolate = Extrapolate::off;
+    render::extrapolation::Preset extrapolation_preset = render::extrapolation::Preset::fast;
     std::string out;                    // directory; empty: no pictures
     long snapshot_frame = 0;            // 0: a live frame past the middle
     bool wait = false, json = false, progress = false, quiet = false;

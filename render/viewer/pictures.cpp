@@ -163,6 +163,31 @@ SnapshotView read_view(const gl::RenderTarget& target, const density::Plan* plan
     return view;
 }
 
+Result<void> write_comparison(const SnapshotView& extrapolated, const SnapshotView& rendered, int width_px, int height_px, const std::filesystem::path& directory) {
+    Snapshot s;
+    s.width_px = width_px;
+    s.height_px = height_px;
+    s.views = {extrapolated, rendered};
+    const int scale = std::max(2, width_px / 256);
+    Canvas canvas = side_by_side(s, 11 * scale);
+    canvas.fill(0, height_px, canvas.width(), canvas.height(), {18, 20, 26}, 1);
+    canvas.text(3 * scale, height_px + 3 * scale, scale, "EXTRAPOLATED", {225, 228, 235});
+    canvas.text(width_px + 3 * scale, height_px + 3 * scale, scale, "REALLY RENDERED", {225, 228, 235});
+    return gl::write_png(directory / "frame_extrapolated.png", canvas.image());
+}
+
+double psnr_db(const SnapshotView& a, const SnapshotView& b) noexcept {
+    double sum = 0;
+    std::size_t n = 0;
+    for (std::size_t i = 0; i < std::min(a.rgba.size(), b.rgba.size()); ++i) {
+        if (i % 4 == 3) continue;
+        const double d = a.rgba[i] - b.rgba[i];
+        sum += d * d;
+        ++n;
+    }
+    return n == 0 || sum == 0 ? 99 : 10 * std::log10(255.0 * 255.0 * static_cast<double>(n) / sum);
+}
+
 Result<void> write_pictures(const Snapshot& s, const std::filesystem::path& directory) {
     std::error_code ec;
     std::filesystem::create_directories(directory, ec);

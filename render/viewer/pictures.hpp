@@ -36,6 +36,11 @@ struct Snapshot {
 // Pixels and levels (plan: null if the method has none). Waits for the GPU.
 [[nodiscard]] SnapshotView read_view(const gl::RenderTarget& target, const density::Plan* plan);
 
+// Writes frame_extrapolated.png: one eye's extrapolated picture beside the same moment really rendered.
+[[nodiscard]] Result<void> write_comparison(const SnapshotView& extrapolated, const SnapshotView& rendered, int width_px, int height_px, const std::filesystem::path& directory);
+// Of the colours (alpha left out), dB; 99 where they are equal.
+[[nodiscard]] double psnr_db(const SnapshotView& a, const SnapshotView& b) noexcept;
+
 // Writes frame.png and frame_levels.png into the directory.
 [[nodiscard]] Result<void> write_pictures(const Snapshot& snapshot, const std::filesystem::path& directory);
 

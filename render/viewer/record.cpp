@@ -25,6 +25,11 @@ void Record::rendered(const Frame& f) {
     shaded_sum_ += f.shaded();
 }
 
+void Record::extrapolated(const Frame& f) {
+    ++summary_.extrapolated;
+    between_ms_.add(milliseconds(f.gpu_done - f.submitted));
+}
+
 void Record::shown(const Frame& f, const present::Feedback& feedback) {
     switch (feedback.source) {
         case present::PhotonSource::measured: ++summary_.photons_measured; break;
@@ -33,6 +38,10 @@ void Record::shown(const Frame& f, const present::Feedback& feedback) {
     }
     if (!feedback.shown) {
         ++summary_.never_shown;
+        return;
+    }
+    if (f.extrapolated) {
+        between_photon_ms_.add(milliseconds(feedback.photon - f.latched.when()));
         return;
     }
     error_ms_.add(std::abs(milliseconds(feedback.photon - f.asked)));
@@ -45,6 +54,8 @@ Summary Record::summary() const {
     s.latch_to_submit_ms = submit_ms_.median();
     s.latch_to_done_ms = done_ms_.median();
     s.latch_to_photon_ms = photon_ms_.median();
+    s.extrapolation_ms = between_ms_.median();
+    s.latch_to_photon_extrapolated_ms = between_photon_ms_.median();
     s.photon_error_ms = error_ms_.median();
     if (s.frames > 0) s.shaded = shaded_sum_ / static_cast<double>(s.frames);
     return s;

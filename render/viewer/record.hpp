@@ -27,6 +27,7 @@ private:
 class Record {
 public:
     void rendered(const Frame& frame);
+    void extrapolated(const Frame& frame);
     void shown(const Frame& frame, const present::Feedback& feedback);   // also if it was never seen
     [[nodiscard]] std::uint64_t frames() const noexcept { return summary_.frames; }
     // Everything that frames tell; the rest is the caller's to fill in.
@@ -34,7 +35,7 @@ public:
 
 private:
     Summary summary_;
-    Kept frame_ms_, submit_ms_, done_ms_, error_ms_, photon_ms_;
+    Kept frame_ms_, submit_ms_, done_ms_, error_ms_, photon_ms_, between_ms_, between_photon_ms_;
     double shaded_sum_ = 0;
 };
 

@@ -8,6 +8,7 @@
 #include "protocol/clock.hpp"
 #include "render/viewer/eyes.hpp"
 #include "render/viewer/gaze.hpp"
+#include "render/viewer/in_between.hpp"
 #include "render/viewer/pictures.hpp"
 #include "render/viewer/record.hpp"
 
@@ -21,7 +22,8 @@ constexpr std::size_t kMostAwaited = 64;                          // frames whos
 class Viewer {
 public:
     Viewer(const Options& options, const std::atomic<bool>& stop, const TimeSource& time, std::unique_ptr<present::Presenter> presenter, Gaze gaze, Eyes eyes)
-        : o_(options), stop_(stop), time_(time), presenter_(std::move(presenter)), gaze_(std::move(gaze)), eyes_(std::move(eyes)) {}
+        : o_(options), stop_(stop), time_(time), presenter_(std::move(presenter)), gaze_(std::move(gaze)), eyes_(std::move(eyes)),
+          in_between_(options.extrapolate, options.extrapolation_preset) {}
 
     std::expected<Summary, Failure> run() {
         begin_ = time_.now();
@@ -32,8 +34,13 @@ public:
             if (!*begin) continue;
             Frame frame;
             if (!render(frame)) return failed({"the GPU did not finish a frame in 10 seconds", presenter_->context().info().renderer, "use a smaller --size"});
-            if (auto r = show(frame); !r) return failed(r.error());
+            const Instant photon = presenter_->photon_of(frame.gpu_done);
+            if (auto r = show(frame, frame.gpu_done); !r) return failed(r.error());
             if (auto r = look_back(); !r) return failed(r.error());
+            if (in_between_.enabled()) {
+                if (auto r = fill_in(frame, photon); !r) return failed(r.error());
+                if (auto r = look_back(); !r) return failed(r.error());
+            }
             if (snapshot_due()) take_snapshot();
             progress(false);
         }
@@ -50,9 +57,10 @@ private:
 
     // Draws both eyes, from recording to GPU done.
     bool render(Frame& frame) {
-        frame.number = record_.frames() + 1;
+        frame.number = ++presented_;
         frame.started = time_.now();
-        eyes_.record(to_seconds(frame.started - begin_));
+        frame.scene_s = to_seconds(frame.started - begin_);
+        eyes_.record(frame.scene_s);
         if (eyes_.late_fovea()) {   // the periphery does not need the newest gaze
             eyes_.submit_early(gaze_.latch(presenter_->photon_of(time_.now() + frame_cost_.median())));
             if (!gl::Fence::insert().wait(time_)) return false;
@@ -75,11 +83,50 @@ private:
         return true;
     }
 
-    Result<void> show(const Frame& frame) {
-        newest_ = frame;
+    // Where the planner calls for it: what would be seen half-way to the next frame, shown half-way to it by a display
+    // that can wait. One that cannot shows it now, and so it is made for now.
+    Result<void> fill_in(const Frame& frame, Instant frame_photon) {
+        const Frame before = std::exchange(rendered_, frame);
+        const Duration interval = frame.started - before.started;
+        effects::Needs needs;
+        needs.camera_px = before.number == 0 ? 0 : camera_motion_px(eyes_.camera(before.scene_s), eyes_.camera(frame.scene_s), Eyes::views()[0].fov, eyes_.width());
+        if (!in_between_.called_for(needs, frame_cost_.median(), presenter_->refresh_period())) {
+            in_between_.forget();
+            return {};
+        }
+        Frame x = frame;
+        x.extrapolated = true;
+        x.submitted = time_.now();
+        x.cost.pixels_shaded = 0;
+        float factor = kBetweenFactor;
+        if (!presenter_->holds_back() && interval > Duration{0}) {
+            const double ahead = to_seconds(presenter_->photon_of(x.submitted + between_cost_.median()) - frame_photon) / to_seconds(interval);
+            factor = static_cast<float>(std::clamp(ahead, 0.05, static_cast<double>(kBetweenFactor)));
+        }
+        x.scene_s = frame.scene_s + static_cast<double>(factor) * (frame.scene_s - before.scene_s);
+        bool made = true;
+        for (std::size_t i = 0; i < kEyes; ++i) {
+            const auto followed = in_between_.follow(i, eyes_.target(i), frame.regions[i], factor);
+            if (!followed) return std::unexpected(followed.error());
+            made = made && *followed;
+        }
+        if (!made) return {};   // the first after a gap: nothing to go by yet
+        const auto done = gl::Fence::insert().wait(time_);
+        if (!done) return fail("the GPU did not finish an extrapolated frame in 10 seconds", in_between_.backend(), "use --extrapolate off");
+        x.number = ++presented_;
+        x.gpu_done = *done;
+        between_cost_.add(x.gpu_done - x.submitted);
+        record_.extrapolated(x);
+        extrapolated_ = x;
+        const Instant due = frame_photon + interval / 2 - presenter_->refresh_period();
+        return show(x, presenter_->holds_back() ? std::max(x.gpu_done, due) : x.gpu_done);
+    }
+
+    Result<void> show(const Frame& frame, Instant no_sooner) {
+        if (!frame.extrapolated) newest_ = frame;
         if (awaited_.size() == kMostAwaited) awaited_.pop_front();
         awaited_.push_back(frame);
-        return presenter_->present(frame.number, frame.gpu_done);
+        return presenter_->present(frame.number, no_sooner);
     }
 
     // Frames whose photon instant has become known are reported.
@@ -122,6 +169,18 @@ private:
         snapshot_.height_px = eyes_.height();
     }
 
+    // The last extrapolated frame beside what would have been rendered for the same moment, with the same focus.
+    Result<void> compare_with_truth(Summary& s) {
+        const SnapshotView made = read_view(in_between_.target(0), nullptr), held = read_view(eyes_.target(0), nullptr);
+        eyes_.record(extrapolated_.scene_s);
+        if (eyes_.late_fovea()) eyes_.submit_early(extrapolated_.latched);
+        static_cast<void>(eyes_.submit(extrapolated_.latched));
+        const SnapshotView truth = read_view(eyes_.target(0), nullptr);
+        s.extrapolated_psnr_db = psnr_db(made, truth);
+        s.held_psnr_db = psnr_db(held, truth);
+        return write_comparison(made, truth, eyes_.width(), eyes_.height(), o_.out);
+    }
+
     void progress(bool last) {
         if (!o_.progress) return;
         const Instant now = time_.now();
@@ -141,6 +200,7 @@ private:
         s.renderer = presenter_->context().info().renderer;
         s.presenter = presenter_->name();
         s.display = presenter_->description();
+        s.extrapolation_backend = in_between_.backend();
         const fovea_status status = gaze_.status();
         s.connects = status.connects;
         s.frames_dropped = status.frames_dropped;
@@ -148,6 +208,8 @@ private:
             if (snapshot_.frame == 0) take_snapshot();   // the last frame is still in the targets
             s.snapshot_frame = snapshot_.frame;
             if (auto r = write_pictures(snapshot_, o_.out); !r) return failed(r.error());
+            if (extrapolated_.number > rendered_.number)   // it continues the frame that is still in the targets
+                if (auto r = compare_with_truth(s); !r) return failed(r.error());
         }
         return s;
     }
@@ -158,10 +220,13 @@ private:
     std::unique_ptr<present::Presenter> presenter_;   // owns the context: goes last
     Gaze gaze_;
     Eyes eyes_;
-    present::RecentCost frame_cost_{kFirstGuess}, latched_cost_{kFirstGuess};
+    InBetween in_between_;
+    present::RecentCost frame_cost_{kFirstGuess}, latched_cost_{kFirstGuess}, between_cost_{kFirstGuess};
     Record record_;
     std::deque<Frame> awaited_;   // shown, their photon not known yet
+    std::uint64_t presented_ = 0;
     Frame newest_;
+    Frame rendered_, extrapolated_;   // the last of each kind; numbered 0 where extrapolation is off
     Instant begin_, last_progress_;
     Snapshot snapshot_;
 };

@@ -27,6 +27,11 @@ struct Summary {
     std::uint64_t photons_measured = 0, photons_estimated = 0;   // of the frames whose photon became known; the rest: simulated
     std::uint64_t never_shown = 0;     // a newer frame took their place
     double shaded = 1;                 // pixels shaded against full, mean
+    std::uint64_t extrapolated = 0;    // shown after rendered ones; not among `frames`
+    double extrapolation_ms = 0;       // median, both eyes
+    double latch_to_photon_extrapolated_ms = 0;   // median; the latch is that of the frame before
+    std::string extrapolation_backend; // who does it and why; empty: nothing was extrapolated
+    double extrapolated_psnr_db = 0, held_psnr_db = 0;   // the pictured one, and the frame before it, against the frame really rendered
     std::uint64_t connects = 0, frames_dropped = 0;
     std::uint64_t snapshot_frame = 0;  // 0: no picture
     std::string renderer;
