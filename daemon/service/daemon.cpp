@@ -71,7 +71,7 @@ struct Daemon::State {
                              if (number == loop_number) source_changed();  // not of a loop that was replaced
                          });
                      },
-                     published_before);
+                     published_before, static_cast<int>(parts.config.source.realtime_priority));
         return {};
     }
 
