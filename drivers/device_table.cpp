@@ -4,6 +4,7 @@
 #include "drivers/hid/hid_device.hpp"
 #include "drivers/priority_device.hpp"
 #include "drivers/sample/sample_device.hpp"
+#include "drivers/synthetic/synthetic_device.hpp"
 #include "drivers/usb/psvr2_device.hpp"
 
 namespace fovea::drivers {
@@ -15,6 +16,7 @@ const std::vector<DeviceRow>& device_table() {
             {"psvr2", "PlayStation VR2 over USB", usb::create_psvr2, usb::psvr2_keys(), usb::list_psvr2},
             {"camera", "one or two eye cameras behind V4L2: pupil detection, gaze by an eye model", camera::create, camera::keys(), camera::list},
             {"sample", "a made-up USB tracker: the driver to copy (docs/writing_a_driver.md)", sample::create, sample::keys(), sample::list},
+            {"synthetic", "a synthetic eye: what a scenario file says it does, and nothing else", synthetic::create, synthetic::keys(), {}, false},
         };
         rows.push_back(priority_row(rows));   // "auto": the best of those above that is there
         return rows;

@@ -27,6 +27,7 @@ inline constexpr std::uint8_t kLabelCount = 6;
 struct RecordedSample {
     GazeSample sample;
     Label label = Label::none;
+    std::optional<Direction<HeadFrame>> truth_dir_head = {};  // where the eye really looked; synthetic recordings know it
 };
 
 struct RecordingInfo {
@@ -37,11 +38,20 @@ struct RecordingInfo {
     double nominal_rate_hz = 0;  // 0: unknown or irregular
     bool has_labels = false;
     bool has_head_pose = false;
+    bool has_truth = false;
+};
+
+// A target of a calibration, on the clock of `exposed`.
+struct TargetShown {
+    Instant start, end;
+    Direction<HeadFrame> dir_head;
+    bool operator==(const TargetShown&) const = default;
 };
 
 struct Recording {
     RecordingInfo info;
     std::vector<RecordedSample> samples;  // in file order; ids of the file where it has them, else 1, 2, 3 ...
+    std::vector<TargetShown> targets = {};  // what the person was asked to look at; empty where the file does not say
 };
 
 // Reads a recording, recognising the format from the content (the name plays no part).

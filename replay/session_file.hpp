@@ -26,7 +26,7 @@
 namespace fovea::replay {
 
 inline constexpr std::int32_t kSessionApplicationId = 0x466F7661;  // "Fova", in the SQLite header
-inline constexpr int kSessionSchema = 2;                           // SQLite's user_version
+inline constexpr int kSessionSchema = 1;                           // SQLite's user_version
 
 // A frame as reported by one client of the daemon.
 struct SessionFrame {
@@ -64,7 +64,9 @@ public:
 
     void set_meta(std::string key, std::string value);  // e.g. "device", "source", "config"
     void set_info(const RecordingInfo& info);           // the meta keys that load_recording reads back
-    void add_sample(const GazeSample& sample, Label label = Label::none);
+    // `truth_dir_head`: where the eye really looked, when that is known (a synthetic eye).
+    void add_sample(const GazeSample& sample, Label label = Label::none, const std::optional<Direction<HeadFrame>>& truth_dir_head = {});
+    void add_target(const TargetShown& target);  // what the person was asked to look at
     void add_model(const MotionModel& model);
     void add_frame(const SessionFrame& frame);
     void add_event(SessionEvent event);
@@ -100,6 +102,7 @@ public:
     [[nodiscard]] Result<void> samples(const std::function<bool(const RecordedSample&)>& row) const;
     [[nodiscard]] Result<void> models(const std::function<bool(const MotionModel&)>& row) const;
     [[nodiscard]] Result<void> frames(const std::function<bool(const SessionFrame&)>& row) const;
+    [[nodiscard]] Result<std::vector<TargetShown>> targets() const;
     [[nodiscard]] Result<std::vector<SessionEvent>> events() const;
     [[nodiscard]] Result<std::vector<SessionCounter>> counters() const;  // the last value of each name
 

@@ -25,8 +25,8 @@ std::uint32_t big_endian(std::string_view header, std::size_t offset) {
     return value;
 }
 
-// What can be said before SQLite touches the file; its schema.
-Result<int> check_header(const std::filesystem::path& path) {
+// What can be said before SQLite touches the file.
+Result<void> check_header(const std::filesystem::path& path) {
     const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (file < 0)
         return fail_errno("cannot open the session", errno, path.string(), "check the path and the permissions");
@@ -56,7 +56,7 @@ Result<int> check_header(const std::filesystem::path& path) {
         return fail("is torn: " + std::to_string(status.st_size) + " bytes of " +
                         std::to_string(page * big_endian(header, 28)),
                     path.string(), "copy the file again");
-    return schema;
+    return {};
 }
 
 Eye eye_from(std::int64_t value) {
@@ -73,8 +73,8 @@ constexpr const char* kSampleColumns =
 
 struct SessionReader::State {
     Database database;
-    int schema;
     std::map<std::string, std::string> meta;
+    bool has_truth = false, has_targets = false;  // the first sessions of schema 1 lack these tables
 
     // Calls row(statement) for each row of `sql` until it returns false.
     template <class Row>
@@ -100,16 +100,22 @@ SessionReader& SessionReader::operator=(SessionReader&&) noexcept = default;
 SessionReader::~SessionReader() = default;
 
 Result<SessionReader> SessionReader::open(const std::filesystem::path& path) {
-    const auto schema = check_header(path);
-    if (!schema) return std::unexpected(schema.error());
+    if (auto ok = check_header(path); !ok) return std::unexpected(ok.error());
     auto database = Database::open(path, false);
     if (!database) return std::unexpected(database.error());
-    auto state = std::make_unique<State>(State{std::move(*database), *schema, {}});
+    auto state = std::make_unique<State>(State{std::move(*database), {}, false, false});
     auto read = state->each("SELECT key, value FROM meta", [&](Statement& q) {
         std::string key = q.take_text();
         state->meta[std::move(key)] = q.take_text();
         return true;
     });
+    if (read)
+        read = state->each("SELECT name FROM sqlite_master WHERE type = 'table'", [&](Statement& q) {
+            const std::string name = q.take_text();
+            state->has_truth |= name == "truth";
+            state->has_targets |= name == "targets";
+            return true;
+        });
     if (!read) return std::unexpected(read.error());
     return SessionReader(std::move(state));
 }
@@ -124,7 +130,8 @@ RecordingInfo SessionReader::info() const {
                        state_->get("licence"),
                        0,
                        state_->get("has_labels") == "1",
-                       state_->get("has_head_pose") == "1"};
+                       state_->get("has_head_pose") == "1",
+                       state_->get("has_truth") == "1"};
     const std::string rate = state_->get("nominal_rate_hz");
     double value = 0;
     if (std::from_chars(rate.data(), rate.data() + rate.size(), value).ec == std::errc{} && value >= 0 && value < 1e7)
@@ -133,7 +140,8 @@ RecordingInfo SessionReader::info() const {
 }
 
 Result<void> SessionReader::samples(const std::function<bool(const RecordedSample&)>& row) const {
-    return state_->each(std::string("SELECT ") + kSampleColumns + " FROM samples ORDER BY n", [&](Statement& q) {
+    const std::string truth = state_->has_truth ? ", truth.x, truth.y, truth.z FROM samples LEFT JOIN truth USING (n)" : ", NULL, NULL, NULL FROM samples";
+    return state_->each(std::string("SELECT ") + kSampleColumns + truth + " ORDER BY samples.n", [&](Statement& q) {
         RecordedSample r;
         GazeSample& s = r.sample;
         s.id = static_cast<std::uint64_t>(q.take_integer());
@@ -152,6 +160,9 @@ Result<void> SessionReader::samples(const std::function<bool(const RecordedSampl
         for (double* d : {&w.w, &w.x, &w.y, &w.z}) *d = q.take_real();
         const std::int64_t label = q.take_integer();
         if (label > 0 && label < kLabelCount) r.label = static_cast<Label>(label);
+        Direction<HeadFrame> really;
+        for (double* d : {&really.x, &really.y, &really.z}) *d = q.take_real();
+        if (really.x == really.x) r.truth_dir_head = really;  // NULL is NaN
         return row(r);
     });
 }
@@ -181,9 +192,9 @@ Result<void> SessionReader::frames(const std::function<bool(const SessionFrame&)
     std::int64_t frame_n = 0;
     bool stopped = false;
     auto done = state_->each(
-        std::string("SELECT n, client, frame, model_sequence, sample_id, exposed_ns, received_ns, filtered_ns, published_ns, "
-        "latched_ns, submitted_ns, gpu_done_ns, photon_ns, predicted_photon_ns, exposed_estimated, photon_simulated, ") +
-        "pixels_shaded, pixels_full, view_count, " + std::string(state_->schema < 2 ? "0" : "extrapolated") + ", view, eye, tan_left, tan_right, tan_up, tan_down, head_from_view_w, "
+        "SELECT n, client, frame, model_sequence, sample_id, exposed_ns, received_ns, filtered_ns, published_ns, "
+        "latched_ns, submitted_ns, gpu_done_ns, photon_ns, predicted_photon_ns, exposed_estimated, photon_simulated, "
+        "pixels_shaded, pixels_full, view_count, view, eye, tan_left, tan_right, tan_up, tan_down, head_from_view_w, "
         "head_from_view_x, head_from_view_y, head_from_view_z, x_ndc, y_ndc, half_width_ndc, half_height_ndc "
         "FROM frames LEFT JOIN frame_views ON frame_n = n ORDER BY n, view",
         [&](Statement& q) {
@@ -207,7 +218,6 @@ Result<void> SessionReader::frames(const std::function<bool(const SessionFrame&)
             t.pixels_full = static_cast<std::uint64_t>(q.take_integer());
             const std::int64_t views = q.take_integer();
             t.view_count = views > 0 && views <= static_cast<std::int64_t>(kMaxViews) ? static_cast<std::uint32_t>(views) : 0;
-            t.kind = q.take_flag() ? FrameKind::extrapolated : FrameKind::rendered;
             const std::int64_t view = q.take_integer();
             if (view < 0 || view >= static_cast<std::int64_t>(t.view_count)) return true;
             ViewFovea& v = t.views[static_cast<std::size_t>(view)];
@@ -220,6 +230,21 @@ Result<void> SessionReader::frames(const std::function<bool(const SessionFrame&)
         });
     if (done && frame && !stopped) (void)row(*frame);
     return done;
+}
+
+Result<std::vector<TargetShown>> SessionReader::targets() const {
+    std::vector<TargetShown> targets;
+    if (!state_->has_targets) return targets;
+    auto done = state_->each("SELECT start_ns, end_ns, x, y, z FROM targets ORDER BY rowid", [&](Statement& q) {
+        TargetShown t;
+        t.start = q.take_instant();
+        t.end = q.take_instant();
+        for (double* d : {&t.dir_head.x, &t.dir_head.y, &t.dir_head.z}) *d = q.take_real();
+        targets.push_back(t);
+        return true;
+    });
+    if (!done) return std::unexpected(done.error());
+    return targets;
 }
 
 Result<std::vector<SessionEvent>> SessionReader::events() const {
@@ -261,9 +286,13 @@ Result<Recording> load_session(const std::filesystem::path& path) {
         recording.samples.push_back(r);
         recording.info.has_labels |= r.label != Label::none;
         recording.info.has_head_pose |= r.sample.head.valid;
+        recording.info.has_truth |= r.truth_dir_head.has_value();
         return true;
     });
     if (!read) return std::unexpected(read.error());
+    auto targets = reader->targets();
+    if (!targets) return std::unexpected(targets.error());
+    recording.targets = std::move(*targets);
     if (!possible)
         return fail("sample " + std::to_string(recording.samples.size() + 1) + " has a time beyond +-2^62 ns",
                     path.string(), "the session is damaged: record again");
@@ -283,7 +312,8 @@ Result<void> write_session(const std::filesystem::path& path, const Recording& r
     auto writer = SessionWriter::create(part, options);
     if (!writer) return std::unexpected(writer.error());
     writer->set_info(recording.info);
-    for (const RecordedSample& r : recording.samples) writer->add_sample(r.sample, r.label);
+    for (const RecordedSample& r : recording.samples) writer->add_sample(r.sample, r.label, r.truth_dir_head);
+    for (const TargetShown& t : recording.targets) writer->add_target(t);
     auto closed = writer->close();
     if (closed && ::rename(part.c_str(), path.c_str()) != 0)
         closed = fail_errno("cannot put the file in place", errno, path.string(), "choose another name");

@@ -35,6 +35,13 @@ CREATE TABLE samples (
   head_valid          INTEGER NOT NULL,
   head_w, head_x, head_y, head_z,
   label               INTEGER NOT NULL);
+CREATE TABLE truth (
+  n                   INTEGER PRIMARY KEY REFERENCES samples (n),
+  x, y, z);
+CREATE TABLE targets (
+  start_ns            INTEGER NOT NULL,
+  end_ns              INTEGER NOT NULL,
+  x, y, z);
 CREATE TABLE focus (
   sequence            INTEGER NOT NULL,
   sample_id           INTEGER NOT NULL,
@@ -68,8 +75,7 @@ CREATE TABLE frames (
   photon_simulated    INTEGER NOT NULL,
   pixels_shaded       INTEGER NOT NULL,
   pixels_full         INTEGER NOT NULL,
-  view_count          INTEGER NOT NULL,
-  extrapolated        INTEGER NOT NULL);    -- since schema 2
+  view_count          INTEGER NOT NULL);
 CREATE TABLE frame_views (
   frame_n             INTEGER NOT NULL REFERENCES frames (n),
   view                INTEGER NOT NULL,

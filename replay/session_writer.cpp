@@ -27,19 +27,21 @@ std::string question_marks(int count) {
 
 // The statements of the writer's thread.
 struct Inserts {
-    Statement meta, sample, model, frame, view, event, counter;
+    Statement meta, sample, truth, target, model, frame, view, event, counter;
 
     static Result<Inserts> prepare(const Database& db) {
         auto meta = Statement::prepare(db, "INSERT OR REPLACE INTO meta VALUES " + question_marks(2));
         auto sample = Statement::prepare(db, "INSERT INTO samples VALUES (NULL," + question_marks(32).substr(1));
+        auto truth = Statement::prepare(db, "INSERT INTO truth VALUES (last_insert_rowid(),?,?,?)");
+        auto target = Statement::prepare(db, "INSERT INTO targets VALUES " + question_marks(5));
         auto model = Statement::prepare(db, "INSERT INTO focus VALUES " + question_marks(16));
-        auto frame = Statement::prepare(db, "INSERT INTO frames VALUES " + question_marks(20));
+        auto frame = Statement::prepare(db, "INSERT INTO frames VALUES " + question_marks(19));
         auto view = Statement::prepare(db, "INSERT INTO frame_views VALUES " + question_marks(15));
         auto event = Statement::prepare(db, "INSERT INTO events VALUES " + question_marks(3));
         auto counter = Statement::prepare(db, "INSERT INTO counters VALUES " + question_marks(3));
-        for (auto* s : {&meta, &sample, &model, &frame, &view, &event, &counter})
+        for (auto* s : {&meta, &sample, &truth, &target, &model, &frame, &view, &event, &counter})
             if (!*s) return std::unexpected(s->error());
-        return Inserts{std::move(*meta),  std::move(*sample), std::move(*model),  std::move(*frame),
+        return Inserts{std::move(*meta),  std::move(*sample), std::move(*truth), std::move(*target), std::move(*model),  std::move(*frame),
                        std::move(*view), std::move(*event),  std::move(*counter)};
     }
 };
@@ -62,7 +64,12 @@ bool insert(Inserts& in, const RecordedSample& r) {
     const auto& w = s.head.world_from_head;
     q.put(w.w), q.put(w.x), q.put(w.y), q.put(w.z);
     q.put(static_cast<std::uint32_t>(r.label));
-    return q.run();
+    const bool done = q.run();
+    if (!done || !r.truth_dir_head) return done;
+    Statement& truth = in.truth;
+    truth.begin();
+    truth.put(r.truth_dir_head->x), truth.put(r.truth_dir_head->y), truth.put(r.truth_dir_head->z);
+    return truth.run();
 }
 
 bool insert(Inserts& in, const MotionModel& m, std::string& blob) {
@@ -93,7 +100,7 @@ bool insert(Inserts& in, const SessionFrame& f, std::uint64_t n) {
                             t.photon, t.predicted_photon})
         q.put(i);
     q.put(t.exposed_estimated), q.put(t.photon_simulated);
-    q.put(t.pixels_shaded), q.put(t.pixels_full), q.put(views), q.put(t.kind == FrameKind::extrapolated);
+    q.put(t.pixels_shaded), q.put(t.pixels_full), q.put(views);
     bool ok = q.run();
     for (std::uint32_t i = 0; ok && i < views; ++i) {
         const ViewFovea& v = t.views[i];
@@ -113,16 +120,17 @@ bool insert(Inserts& in, const SessionFrame& f, std::uint64_t n) {
 struct Batch {
     std::vector<std::pair<std::string, std::string>> meta;
     std::vector<RecordedSample> samples;
+    std::vector<TargetShown> targets;
     std::vector<MotionModel> models;
     std::vector<SessionFrame> frames;
     std::vector<SessionEvent> events;
     std::vector<SessionCounter> counters;
 
     [[nodiscard]] std::size_t rows() const {
-        return meta.size() + samples.size() + models.size() + frames.size() + events.size() + counters.size();
+        return meta.size() + samples.size() + targets.size() + models.size() + frames.size() + events.size() + counters.size();
     }
     void clear() {  // keeps the memory
-        meta.clear(), samples.clear(), models.clear(), frames.clear(), events.clear(), counters.clear();
+        meta.clear(), samples.clear(), targets.clear(), models.clear(), frames.clear(), events.clear(), counters.clear();
     }
 };
 
@@ -189,6 +197,12 @@ struct SessionWriter::State {
         }
         for (const RecordedSample& row : batch.samples)
             if (!insert(*inserts, row)) return false;
+        for (const TargetShown& row : batch.targets) {
+            Statement& q = inserts->target;
+            q.begin();
+            q.put(row.start), q.put(row.end), q.put(row.dir_head.x), q.put(row.dir_head.y), q.put(row.dir_head.z);
+            if (!q.run()) return false;
+        }
         for (const MotionModel& row : batch.models)
             if (!insert(*inserts, row, blob)) return false;
         for (const SessionFrame& row : batch.frames)
@@ -315,10 +329,14 @@ void SessionWriter::set_info(const RecordingInfo& info) {
     set_meta("nominal_rate_hz", std::string(rate, end));
     set_meta("has_labels", info.has_labels ? "1" : "0");
     set_meta("has_head_pose", info.has_head_pose ? "1" : "0");
+    if (info.has_truth) set_meta("has_truth", "1");
 }
 
-void SessionWriter::add_sample(const GazeSample& sample, Label label) {
-    state_->add([&](Batch& b) { b.samples.push_back({sample, label}); });
+void SessionWriter::add_sample(const GazeSample& sample, Label label, const std::optional<Direction<HeadFrame>>& truth_dir_head) {
+    state_->add([&](Batch& b) { b.samples.push_back({sample, label, truth_dir_head}); });
+}
+void SessionWriter::add_target(const TargetShown& target) {
+    state_->add([&](Batch& b) { b.targets.push_back(target); });
 }
 void SessionWriter::add_model(const MotionModel& model) {
     state_->add([&](Batch& b) { b.models.push_back(model); });

@@ -2,7 +2,6 @@
 
 namespace fovea::tools {
 
-void add_admin(CLI::App& app, int* exit_code);
 void add_calibrate(CLI::App& app, int* exit_code);
 void add_convert(CLI::App& app, int* exit_code);
 void add_devices(CLI::App& app, int* exit_code);
@@ -11,11 +10,11 @@ void add_layer(CLI::App& app, int* exit_code);
 void add_predict(CLI::App& app, int* exit_code);
 void add_replay(CLI::App& app, int* exit_code);
 void add_status(CLI::App& app, int* exit_code);
+void add_synth(CLI::App& app, int* exit_code);
 void add_tradeoff(CLI::App& app, int* exit_code);
 void add_version(CLI::App& app, int* exit_code);
 
 const CommandRow kCommands[] = {
-    {"admin", add_admin},
     {"calibrate", add_calibrate},
     {"convert", add_convert},
     {"devices", add_devices},
@@ -24,6 +23,7 @@ const CommandRow kCommands[] = {
     {"predict", add_predict},
     {"replay", add_replay},
     {"status", add_status},
+    {"synth", add_synth},
     {"tradeoff", add_tradeoff},
     {"version", add_version},
 };

@@ -65,7 +65,8 @@ void GazeTrack::collect(const replay::Recording& recording) {
             else blocked_.push_back(span);
             bad_since = INT64_MAX;
         }
-        points_.push_back({t, c.gaze_dir_head, r.label == replay::Label::saccade, r.label == replay::Label::pursuit});
+        // A synthetic recording knows where the eye really looked; else the raw gaze is all the truth there is.
+        points_.push_back({t, r.truth_dir_head.value_or(c.gaze_dir_head), r.label == replay::Label::saccade, r.label == replay::Label::pursuit});
         last = t;
     }
     if (bad_since != INT64_MAX) blocked_.push_back({bad_since - kGuardBefore_ns, INT64_MAX});

@@ -1,7 +1,7 @@
 // A recording made ready for judging predictions: what is true when, which samples count, and what the eye was doing.
 //
 // Protocol (docs/pipeline.md): a prediction is judged at every valid sample (every 4 ms at 250 Hz and more) with at
-// least 40 ms of valid history; the truth is the recorded raw gaze, interpolated at the asked time; nothing within 40
+// least 40 ms of valid history; the truth is the recorded raw gaze (of a synthetic eye: its noise-free gaze), interpolated at the asked time; nothing within 40
 // ms before and 60 ms after an invalid run counts. Saccades are the recording's own labels where it has them, else
 // found by an adaptive velocity threshold that looks both ways.
 //

@@ -61,7 +61,6 @@ SessionFrame odd_frame(std::uint64_t n, std::uint32_t views) {
         *i = instant_from_ns(ns += 1'000'003);
     t.photon_simulated = n % 2 == 0;
     t.exposed_estimated = n % 3 == 0;
-    t.kind = n % 5 == 0 ? FrameKind::extrapolated : FrameKind::rendered;
     t.pixels_shaded = 1'000 + n;
     t.pixels_full = std::uint64_t{1} << 40;
     t.view_count = views;
@@ -127,7 +126,6 @@ void expect_same(const SessionFrame& a, const SessionFrame& b) {
     EXPECT_EQ(x.predicted_photon, y.predicted_photon);
     EXPECT_EQ(x.exposed_estimated, y.exposed_estimated);
     EXPECT_EQ(x.photon_simulated, y.photon_simulated);
-    EXPECT_EQ(x.kind, y.kind);
     EXPECT_EQ(x.pixels_shaded, y.pixels_shaded);
     EXPECT_EQ(x.pixels_full, y.pixels_full);
     ASSERT_EQ(x.view_count, y.view_count);
@@ -213,6 +211,32 @@ TEST(SessionFile, GivesBackEverythingThatWentIn) {
     bool found = false;
     for (const auto& c : *counters) found |= c.name == "x" && c.value == -2;
     EXPECT_TRUE(found);
+}
+
+TEST(SessionFile, KeepsTruthAndTargetsAndReadsSessionsFromBeforeThem) {
+    const TempDir dir;
+    Recording r;
+    for (int i = 0; i < 5; ++i) {
+        RecordedSample s;
+        s.sample.exposed = s.sample.received = instant_from_ns(i * 1000);
+        if (i != 2) s.truth_dir_head = Direction<HeadFrame>{0.6, -0.0, -0.8};
+        r.samples.push_back(s);
+    }
+    r.targets = {{instant_from_ns(0), instant_from_ns(2000), {}}, {instant_from_ns(2000), instant_from_ns(4000), {0, 0.6, -0.8}}};
+    ASSERT_TRUE(write_session(dir / "a.fovea", r));
+    const auto back = load_session(dir / "a.fovea");
+    ASSERT_TRUE(back) << back.error().message();
+    ASSERT_EQ(back->samples.size(), 5u);
+    for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(back->samples[i].truth_dir_head, r.samples[i].truth_dir_head) << i;
+    EXPECT_EQ(back->targets, r.targets);
+    EXPECT_TRUE(back->info.has_truth);
+
+    tamper(dir / "a.fovea", "DROP TABLE truth; DROP TABLE targets");
+    const auto old = load_session(dir / "a.fovea");
+    ASSERT_TRUE(old) << old.error().message();
+    EXPECT_EQ(old->samples.size(), 5u);
+    EXPECT_FALSE(old->samples[0].truth_dir_head);
+    EXPECT_TRUE(old->targets.empty());
 }
 
 TEST(SessionFile, ARowCallbackCanStop) {
@@ -378,32 +402,11 @@ TEST(SessionFile, AFullDiskIsAnErrorThatKeepsWhatIsThere) {
 TEST(SessionFile, ANewerSchemaSaysUpdate) {
     const TempDir dir;
     ASSERT_TRUE(write_session(dir / "a.fovea", odd_recording(10, 7)));
-    tamper(dir / "a.fovea", ("PRAGMA user_version=" + std::to_string(kSessionSchema + 1)).c_str());
+    tamper(dir / "a.fovea", "PRAGMA user_version=2");
     const auto opened = SessionReader::open(dir / "a.fovea");
     ASSERT_FALSE(opened);
-    EXPECT_THAT(opened.error().message(), HasSubstr("newer Fovea (schema 3; this one reads up to 2)"));
+    EXPECT_THAT(opened.error().message(), HasSubstr("newer Fovea (schema 2; this one reads up to 1)"));
     EXPECT_THAT(opened.error().way_out, HasSubstr("update Fovea"));
-}
-
-TEST(SessionFile, ASessionFromBeforeExtrapolationIsReadAsRenderedFrames) {
-    const TempDir dir;
-    {
-        auto writer = SessionWriter::create(dir / "a.fovea");
-        ASSERT_TRUE(writer);
-        writer->add_frame(odd_frame(5, 2));   // extrapolated, and its views must still be found
-        ASSERT_TRUE(writer->close());
-    }
-    tamper(dir / "a.fovea", "ALTER TABLE frames DROP COLUMN extrapolated; PRAGMA user_version=1");
-    const auto reader = SessionReader::open(dir / "a.fovea");
-    ASSERT_TRUE(reader) << reader.error().message();
-    SessionFrame expected = odd_frame(5, 2);
-    expected.timing.kind = FrameKind::rendered;
-    std::size_t n = 0;
-    ASSERT_TRUE(reader->frames([&](const SessionFrame& f) {
-        expect_same(f, expected);
-        return ++n < 10;
-    }));
-    EXPECT_EQ(n, 1u);
 }
 
 TEST(SessionFile, ATimeThatCannotBeIsAnErrorAndNotAnOverflow) {
