@@ -6,6 +6,7 @@
 #include <sys/un.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
@@ -17,12 +18,11 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include "daemon/recording.hpp"
 #include "daemon/service/daemon.hpp"
 #include "daemon/service/endpoint.hpp"
 #include "protocol/handshake.hpp"
-#include "daemon/service/signals_blocked.hpp"
 #include "replay/player_device.hpp"
-#include "replay/recorder.hpp"
 
 namespace {
 
@@ -120,72 +120,6 @@ void set_up_log(const std::string& level) {
     set_log_level(level);
 }
 
-// The session file: begun when the source is first known, so that it says what was recorded; the shared ring keeps what
-// was published before.
-class Recording {
-public:
-    explicit Recording(std::string wanted) : wanted_{std::move(wanted)} {}
-
-    Result<void> source_changed(const service::SourceStatus& source, const service::Config& config, int samples_fd) {
-        if (wanted_.empty()) return {};
-        if (!recorder_) {
-            if (auto ok = start(source.device, config, samples_fd); !ok) return ok;
-        }
-        recorder_->add_event({MonotonicClock::now(), std::string("source_") + to_string(source.state), source.error.message()});
-        return {};
-    }
-
-    [[nodiscard]] service::RecorderStatus status() const {
-        if (!recorder_) return {};
-        const replay::RecorderStatus s = recorder_->status();
-        const std::optional<Error> error = recorder_->error();
-        return {path_.string(), s.samples, s.frames, s.samples_lost + s.rows_dropped, s.frames_lost, error ? error->message() : ""};
-    }
-
-    Result<void> finish() {
-        if (!recorder_) return {};
-        const Result<replay::RecorderStatus> s = recorder_->stop();
-        if (!s) return std::unexpected(s.error());
-        spdlog::info("session {}: {} samples, {} frames recorded", path_.string(), s->samples, s->frames);
-        if (s->samples_lost + s->frames_lost + s->rows_dropped > 0)
-            spdlog::warn("the session lacks {} samples, {} frames and {} rows that came too fast", s->samples_lost, s->frames_lost, s->rows_dropped);
-        return {};
-    }
-
-private:
-    Result<void> start(const drivers::DeviceInfo& device, const service::Config& config, int samples_fd) {
-        Result<SamplesReader> ring = SamplesReader::map(samples_fd);
-        if (!ring) return std::unexpected(ring.error());
-        path_ = free_path(wanted_);
-        replay::RecorderOptions options;
-        options.info.device = device.name;
-        options.info.source = device.location;
-        options.info.nominal_rate_hz = device.nominal_rate_hz;
-        options.meta = {{"driver", device.driver}, {"fovea_version", FOVEA_VERSION}, {"config", service::print_config(config)}};
-        options.from_oldest = true;
-        const service::SignalsBlocked for_its_threads;
-        Result<replay::Recorder> recorder = replay::Recorder::start(path_, std::move(*ring), options);
-        if (!recorder) return std::unexpected(recorder.error());
-        recorder_.emplace(std::move(*recorder));
-        spdlog::info("recording to {}", path_.string());
-        return {};
-    }
-
-    // The first of path, path-2, path-3 ... that does not exist: a restart never overwrites what was recorded.
-    static std::filesystem::path free_path(const std::filesystem::path& wanted) {
-        std::filesystem::path path = wanted;
-        std::error_code ignored;
-        for (int n = 2; std::filesystem::exists(path, ignored); ++n) {
-            path = wanted;
-            path.replace_filename(wanted.stem().string() + "-" + std::to_string(n) + wanted.extension().string());
-        }
-        return path;
-    }
-
-    std::filesystem::path wanted_, path_;
-    std::optional<replay::Recorder> recorder_;
-};
-
 int run(const Options& options) {
     const SystemTime time;
     const std::vector<drivers::DeviceRow> devices = all_devices();
@@ -214,6 +148,17 @@ int run(const Options& options) {
         .read_config = [&] { return read_config(options, devices); },
         .set_log_level = set_log_level,
         .source_changed = [&](const service::SourceStatus& s) { return recording.source_changed(s, *config, samples_fd); },
+        .with_settings = [&](service::Config c, const std::vector<std::string>& set) -> Result<service::Config> {
+            // A driver's keys mean nothing to another one.
+            if (std::ranges::any_of(set, [](const std::string& s) { return s.starts_with("source.driver="); })) c.source.device = {};
+            for (const std::string& assignment : set)
+                if (auto ok = service::set_key(c, assignment, devices); !ok) return std::unexpected(ok.error());
+            return c;
+        },
+        .begin_recording = [&](const std::string& path, const service::SourceStatus& s, const service::Config& c) {
+            return recording.begin(path, s, c, samples_fd);
+        },
+        .end_recording = [&] { return recording.end(); },
         .recorder_status = [&] { return recording.status(); },
         .ready = [&] {
             spdlog::info("ready");

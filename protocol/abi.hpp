@@ -10,7 +10,7 @@
 
 namespace fovea {
 
-inline constexpr std::uint32_t kAbiVersion = 1;
+inline constexpr std::uint32_t kAbiVersion = 2;   // 2: a frame report says whether the frame was rendered or extrapolated
 
 // First word of each region, and first half word of each message: what is this?
 inline constexpr std::uint64_t kFocusMagic = 0x5355434f'46564f46;    // "FOVFOCUS", little-endian

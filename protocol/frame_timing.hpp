@@ -21,6 +21,10 @@ struct ViewFovea {
     double half_width_ndc = 0, half_height_ndc = 0;   // semi-axes of the region rendered at full resolution
 };
 
+// How a shown frame came to be. An extrapolated one was made from the two rendered before it: its sample, model and latch
+// are those of the frame that it continues, and its foveas lie where that frame's sharp regions have been carried.
+enum class FrameKind : std::uint8_t { rendered, extrapolated };
+
 struct FrameTiming {
     std::uint64_t frame = 0;             // the client's own count, from 1
     std::uint64_t model_sequence = 0;    // the motion model that the frame used; 0: none
@@ -30,6 +34,7 @@ struct FrameTiming {
     Instant predicted_photon;            // what the latch was asked for
     bool exposed_estimated = false;
     bool photon_simulated = true;        // no display told us; a simulated scan-out clock did
+    FrameKind kind = FrameKind::rendered;
     std::uint64_t pixels_shaded = 0;     // by the method's own account (docs of the method say how it counts)
     std::uint64_t pixels_full = 0;       // the same frame without foveation
     std::uint32_t view_count = 0;

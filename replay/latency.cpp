@@ -47,6 +47,8 @@ const EyeState& eye_or_combined(const GazeSample& s, Eye eye) {
 
 }  // namespace
 
+const char* to_string(FrameKind kind) noexcept { return kind == FrameKind::extrapolated ? "extrapolated" : "rendered"; }
+
 const char* to_string(Stage stage) noexcept {
     switch (stage) {
         case Stage::exposed_to_received: return "exposed -> received";
@@ -123,6 +125,29 @@ std::optional<Direction<HeadFrame>> gaze_at(std::span<const GazeSample> samples,
     return slerp(a.gaze_dir_head, b.gaze_dir_head, fraction);
 }
 
+namespace {
+
+KindReport report_of(FrameKind kind, std::span<const FrameJudgement> frames) {
+    KindReport r;
+    std::vector<double> latency, gpu, errors;
+    for (const FrameJudgement& f : frames) {
+        if (f.kind != kind) continue;
+        ++r.frames;
+        latency.push_back(f.stage_ms[static_cast<std::size_t>(Stage::motion_to_photon)]);
+        gpu.push_back(f.stage_ms[static_cast<std::size_t>(Stage::submitted_to_gpu_done)]);
+        if (f.unjudged != Unjudged::no) continue;
+        ++r.judged;
+        r.missed += f.missed() ? 1 : 0;
+        errors.push_back(f.worst_error_deg());
+    }
+    r.motion_to_photon_ms = percentiles(std::move(latency));
+    r.submitted_to_gpu_done_ms = percentiles(std::move(gpu));
+    r.error_deg = percentiles(std::move(errors));
+    return r;
+}
+
+}  // namespace
+
 LatencyReport analyse_latency(std::span<const FrameTiming> frames, std::span<const GazeSample> samples,
                               const LatencyOptions& options) {
     LatencyReport report;
@@ -142,6 +167,7 @@ LatencyReport analyse_latency(std::span<const FrameTiming> frames, std::span<con
         report.exposed_estimated |= f.exposed_estimated;
         FrameJudgement j;
         j.frame = f.frame;
+        j.kind = f.kind;
         j.stage_ms = stages(f);
         j.prediction_ms = ms(f.predicted_photon - f.photon);
         for (std::size_t s = 0; s < kStageCount; ++s) stage_values[s].push_back(j.stage_ms[s]);
@@ -185,6 +211,8 @@ LatencyReport analyse_latency(std::span<const FrameTiming> frames, std::span<con
     report.frame_interval_ms = percentiles(std::move(intervals));
     report.error_deg = percentiles(std::move(errors));
     report.outside_deg = percentiles(std::move(outsides));
+    for (const FrameKind kind : {FrameKind::rendered, FrameKind::extrapolated})
+        report.kinds[static_cast<std::size_t>(kind)] = report_of(kind, report.per_frame);
     return report;
 }
 

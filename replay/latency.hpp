@@ -32,6 +32,7 @@ enum class Stage : std::uint8_t {
     motion_to_photon,
 };
 inline constexpr std::size_t kStageCount = 8;
+[[nodiscard]] const char* to_string(FrameKind kind) noexcept;   // "rendered"
 [[nodiscard]] const char* to_string(Stage stage) noexcept;   // "exposed -> received"
 [[nodiscard]] const char* explain(Stage stage) noexcept;     // what happens in it, in a few words
 
@@ -59,6 +60,7 @@ enum class Unjudged : std::uint8_t {
 
 struct FrameJudgement {
     std::uint64_t frame = 0;
+    FrameKind kind = FrameKind::rendered;
     std::array<double, kStageCount> stage_ms{};
     double prediction_ms = 0;      // photon time asked of the latch minus the photon time that came
     Unjudged unjudged = Unjudged::no;
@@ -68,6 +70,15 @@ struct FrameJudgement {
     [[nodiscard]] double worst_error_deg() const noexcept;
     [[nodiscard]] double worst_outside_deg() const noexcept;
 };
+
+// The same figures for the frames of one kind. An extrapolated frame's motion to photon counts from the sample behind the
+// frame that it continues: it is longer by the time that the extrapolation looks ahead.
+struct KindReport {
+    std::size_t frames = 0;                // without those before the first motion model
+    Percentiles motion_to_photon_ms, submitted_to_gpu_done_ms, error_deg;
+    std::size_t judged = 0, missed = 0;
+};
+inline constexpr std::size_t kFrameKinds = 2;
 
 struct LatencyReport {
     std::size_t frames = 0;
@@ -84,6 +95,8 @@ struct LatencyReport {
     std::size_t unjudged_no_gaze = 0, unjudged_after_recording = 0;
     Percentiles error_deg;                 // worst view of each judged frame
     Percentiles outside_deg;               // the same, of the missed frames only
+    std::array<KindReport, kFrameKinds> kinds;   // by FrameKind; the figures above are of both together
+    [[nodiscard]] const KindReport& of(FrameKind kind) const noexcept { return kinds[static_cast<std::size_t>(kind)]; }
     std::vector<FrameJudgement> per_frame; // frames with a model, in order
 };
 

@@ -26,7 +26,7 @@
 namespace fovea::replay {
 
 inline constexpr std::int32_t kSessionApplicationId = 0x466F7661;  // "Fova", in the SQLite header
-inline constexpr int kSessionSchema = 1;                           // SQLite's user_version
+inline constexpr int kSessionSchema = 2;                           // SQLite's user_version
 
 // A frame as reported by one client of the daemon.
 struct SessionFrame {

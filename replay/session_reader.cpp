@@ -25,8 +25,8 @@ std::uint32_t big_endian(std::string_view header, std::size_t offset) {
     return value;
 }
 
-// What can be said before SQLite touches the file.
-Result<void> check_header(const std::filesystem::path& path) {
+// What can be said before SQLite touches the file; its schema.
+Result<int> check_header(const std::filesystem::path& path) {
     const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
     if (file < 0)
         return fail_errno("cannot open the session", errno, path.string(), "check the path and the permissions");
@@ -56,7 +56,7 @@ Result<void> check_header(const std::filesystem::path& path) {
         return fail("is torn: " + std::to_string(status.st_size) + " bytes of " +
                         std::to_string(page * big_endian(header, 28)),
                     path.string(), "copy the file again");
-    return {};
+    return schema;
 }
 
 Eye eye_from(std::int64_t value) {
@@ -73,6 +73,7 @@ constexpr const char* kSampleColumns =
 
 struct SessionReader::State {
     Database database;
+    int schema;
     std::map<std::string, std::string> meta;
     bool has_truth = false, has_targets = false;  // the first sessions of schema 1 lack these tables
 
@@ -100,10 +101,11 @@ SessionReader& SessionReader::operator=(SessionReader&&) noexcept = default;
 SessionReader::~SessionReader() = default;
 
 Result<SessionReader> SessionReader::open(const std::filesystem::path& path) {
-    if (auto ok = check_header(path); !ok) return std::unexpected(ok.error());
+    const auto schema = check_header(path);
+    if (!schema) return std::unexpected(schema.error());
     auto database = Database::open(path, false);
     if (!database) return std::unexpected(database.error());
-    auto state = std::make_unique<State>(State{std::move(*database), {}, false, false});
+    auto state = std::make_unique<State>(State{std::move(*database), *schema, {}, false, false});
     auto read = state->each("SELECT key, value FROM meta", [&](Statement& q) {
         std::string key = q.take_text();
         state->meta[std::move(key)] = q.take_text();
@@ -192,9 +194,9 @@ Result<void> SessionReader::frames(const std::function<bool(const SessionFrame&)
     std::int64_t frame_n = 0;
     bool stopped = false;
     auto done = state_->each(
-        "SELECT n, client, frame, model_sequence, sample_id, exposed_ns, received_ns, filtered_ns, published_ns, "
-        "latched_ns, submitted_ns, gpu_done_ns, photon_ns, predicted_photon_ns, exposed_estimated, photon_simulated, "
-        "pixels_shaded, pixels_full, view_count, view, eye, tan_left, tan_right, tan_up, tan_down, head_from_view_w, "
+        std::string("SELECT n, client, frame, model_sequence, sample_id, exposed_ns, received_ns, filtered_ns, published_ns, "
+        "latched_ns, submitted_ns, gpu_done_ns, photon_ns, predicted_photon_ns, exposed_estimated, photon_simulated, ") +
+        "pixels_shaded, pixels_full, view_count, " + std::string(state_->schema < 2 ? "0" : "extrapolated") + ", view, eye, tan_left, tan_right, tan_up, tan_down, head_from_view_w, "
         "head_from_view_x, head_from_view_y, head_from_view_z, x_ndc, y_ndc, half_width_ndc, half_height_ndc "
         "FROM frames LEFT JOIN frame_views ON frame_n = n ORDER BY n, view",
         [&](Statement& q) {
@@ -218,6 +220,7 @@ Result<void> SessionReader::frames(const std::function<bool(const SessionFrame&)
             t.pixels_full = static_cast<std::uint64_t>(q.take_integer());
             const std::int64_t views = q.take_integer();
             t.view_count = views > 0 && views <= static_cast<std::int64_t>(kMaxViews) ? static_cast<std::uint32_t>(views) : 0;
+            t.kind = q.take_flag() ? FrameKind::extrapolated : FrameKind::rendered;
             const std::int64_t view = q.take_integer();
             if (view < 0 || view >= static_cast<std::int64_t>(t.view_count)) return true;
             ViewFovea& v = t.views[static_cast<std::size_t>(view)];

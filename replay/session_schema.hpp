@@ -75,7 +75,8 @@ CREATE TABLE frames (
   photon_simulated    INTEGER NOT NULL,
   pixels_shaded       INTEGER NOT NULL,
   pixels_full         INTEGER NOT NULL,
-  view_count          INTEGER NOT NULL);
+  view_count          INTEGER NOT NULL,
+  extrapolated        INTEGER NOT NULL);    -- since schema 2
 CREATE TABLE frame_views (
   frame_n             INTEGER NOT NULL REFERENCES frames (n),
   view                INTEGER NOT NULL,

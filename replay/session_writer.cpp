@@ -35,7 +35,7 @@ struct Inserts {
         auto truth = Statement::prepare(db, "INSERT INTO truth VALUES (last_insert_rowid(),?,?,?)");
         auto target = Statement::prepare(db, "INSERT INTO targets VALUES " + question_marks(5));
         auto model = Statement::prepare(db, "INSERT INTO focus VALUES " + question_marks(16));
-        auto frame = Statement::prepare(db, "INSERT INTO frames VALUES " + question_marks(19));
+        auto frame = Statement::prepare(db, "INSERT INTO frames VALUES " + question_marks(20));
         auto view = Statement::prepare(db, "INSERT INTO frame_views VALUES " + question_marks(15));
         auto event = Statement::prepare(db, "INSERT INTO events VALUES " + question_marks(3));
         auto counter = Statement::prepare(db, "INSERT INTO counters VALUES " + question_marks(3));
@@ -100,7 +100,7 @@ bool insert(Inserts& in, const SessionFrame& f, std::uint64_t n) {
                             t.photon, t.predicted_photon})
         q.put(i);
     q.put(t.exposed_estimated), q.put(t.photon_simulated);
-    q.put(t.pixels_shaded), q.put(t.pixels_full), q.put(views);
+    q.put(t.pixels_shaded), q.put(t.pixels_full), q.put(views), q.put(t.kind == FrameKind::extrapolated);
     bool ok = q.run();
     for (std::uint32_t i = 0; ok && i < views; ++i) {
         const ViewFovea& v = t.views[i];

@@ -2,6 +2,7 @@
 
 namespace fovea::tools {
 
+void add_admin(CLI::App& app, int* exit_code);
 void add_calibrate(CLI::App& app, int* exit_code);
 void add_convert(CLI::App& app, int* exit_code);
 void add_devices(CLI::App& app, int* exit_code);
@@ -15,6 +16,7 @@ void add_tradeoff(CLI::App& app, int* exit_code);
 void add_version(CLI::App& app, int* exit_code);
 
 const CommandRow kCommands[] = {
+    {"admin", add_admin},
     {"calibrate", add_calibrate},
     {"convert", add_convert},
     {"devices", add_devices},

@@ -80,6 +80,17 @@ double percent(std::uint64_t part, std::uint64_t whole) {
     return whole ? 100.0 * static_cast<double>(part) / static_cast<double>(whole) : 0;
 }
 
+// Only where a frame was extrapolated: else the figures above say it all.
+void print_kinds(const LatencyReport& r) {
+    if (r.of(FrameKind::extrapolated).frames == 0) return;
+    fmt::print("\n{:<16}{:>8}{:>22}{:>10}{:>18}{:>22}\n", "", "frames", "motion to photon p50", "p99 ms", "foveal error p50", "misses of judged");
+    for (const FrameKind kind : {FrameKind::rendered, FrameKind::extrapolated}) {
+        const auto& k = r.of(kind);
+        fmt::print("{:<16}{:>8}{:>22.3f}{:>10.3f}{:>14.2f} deg{:>22}\n", replay::to_string(kind), k.frames, k.motion_to_photon_ms.p50, k.motion_to_photon_ms.p99,
+                   k.error_deg.p50, fmt::format("{} of {} ({:.2f} %)", k.missed, k.judged, percent(k.missed, k.judged)));
+    }
+}
+
 void print_text(const Loaded& l, const LatencyReport& r) {
     fmt::print("frames                  {} ({:.1f} Hz), client {}{}\n", r.frames, r.frame_rate_hz, l.client,
                l.clients > 1 ? fmt::format(" of {}", l.clients) : "");
@@ -99,6 +110,7 @@ void print_text(const Loaded& l, const LatencyReport& r) {
     if (r.missed) fmt::print("  outside by, deg       p50 {:.2f}, max {:.2f} (missed frames)\n", r.outside_deg.p50, r.outside_deg.max);
     fmt::print("  not judged            {} in a blink or loss, {} after the recording's end\n", r.unjudged_no_gaze,
                r.unjudged_after_recording);
+    print_kinds(r);
     fmt::print("photon time asked for   off by {:.2f} ms p50, {:.2f} ms p99\n", r.abs_prediction_ms.p50, r.abs_prediction_ms.p99);
     if (!l.finished) fmt::print("note: the session was not finished (its recorder was killed, or still runs)\n");
     for (const auto& c : l.counters)
@@ -115,6 +127,16 @@ void print_json(const Loaded& l, const LatencyReport& r) {
                                             "gpu_done_to_photon",   "motion_to_photon"};
     nlohmann::json stages;
     for (std::size_t i = 0; i < kStageCount; ++i) stages[kKeys[i]] = to_json(r.stage_ms[i]);
+    nlohmann::json kinds;
+    for (const FrameKind kind : {FrameKind::rendered, FrameKind::extrapolated}) {
+        const auto& k = r.of(kind);
+        kinds[replay::to_string(kind)] = {{"frames", k.frames},
+                                  {"motion_to_photon_ms", to_json(k.motion_to_photon_ms)},
+                                  {"submitted_to_gpu_done_ms", to_json(k.submitted_to_gpu_done_ms)},
+                                  {"foveal_error_deg", to_json(k.error_deg)},
+                                  {"judged", k.judged},
+                                  {"missed", k.missed}};
+    }
     const nlohmann::json j = {{"frames", r.frames},
                               {"frames_without_model", r.frames_without_model},
                               {"frame_rate_hz", r.frame_rate_hz},
@@ -131,7 +153,8 @@ void print_json(const Loaded& l, const LatencyReport& r) {
                               {"unjudged_no_gaze", r.unjudged_no_gaze},
                               {"unjudged_after_recording", r.unjudged_after_recording},
                               {"foveal_error_deg", to_json(r.error_deg)},
-                              {"outside_deg", to_json(r.outside_deg)}};
+                              {"outside_deg", to_json(r.outside_deg)},
+                              {"kinds", kinds}};
     fmt::print("{}\n", j.dump(2));
 }
 
@@ -140,13 +163,14 @@ std::string per_frame_csv(const LatencyReport& r) {
     for (const char* name : {"exposed_received_ms", "received_filtered_ms", "filtered_published_ms", "published_latched_ms",
                              "latched_submitted_ms", "submitted_gpu_done_ms", "gpu_done_photon_ms", "motion_to_photon_ms"})
         s += fmt::format(",{}", name);
-    s += ",photon_asked_minus_came_ms,judged,missed,error_deg,outside_deg\n";
+    s += ",photon_asked_minus_came_ms,judged,missed,error_deg,outside_deg,kind\n";
     for (const auto& f : r.per_frame) {
         s += fmt::format("{}", f.frame);
         for (double v : f.stage_ms) s += fmt::format(",{:.6f}", v);
         const bool judged = f.unjudged == replay::Unjudged::no;
         s += fmt::format(",{:.6f},{:d},{:d},", f.prediction_ms, judged, judged && f.missed());
-        s += judged ? fmt::format("{:.4f},{:.4f}\n", f.worst_error_deg(), f.worst_outside_deg()) : ",\n";
+        s += judged ? fmt::format("{:.4f},{:.4f}", f.worst_error_deg(), f.worst_outside_deg()) : ",";
+        s += fmt::format(",{}\n", replay::to_string(f.kind));
     }
     return s;
 }

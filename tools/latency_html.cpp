@@ -175,6 +175,20 @@ std::string tile(const std::string& value, const std::string& label) {
 
 double percent(double part, double whole) { return whole > 0 ? 100 * part / whole : 0; }
 
+// Only where a frame was extrapolated.
+std::string kind_table(const replay::LatencyReport& r) {
+    if (r.of(FrameKind::extrapolated).frames == 0) return {};
+    std::string s = "<h2>Rendered and extrapolated frames</h2><table><thead><tr><th>kind</th><th>frames</th><th>motion to photon p50 ms</th>"
+                    "<th>p99 ms</th><th>submitted to gpu done p50 ms</th><th>foveal error p50 deg</th><th>misses of judged</th></tr></thead><tbody>";
+    for (const FrameKind kind : {FrameKind::rendered, FrameKind::extrapolated}) {
+        const auto& k = r.of(kind);
+        s += fmt::format("<tr><td>{}</td><td>{}</td><td>{:.3f}</td><td>{:.3f}</td><td>{:.3f}</td><td>{:.2f}</td><td>{} of {} ({:.1f} %)</td></tr>", replay::to_string(kind), k.frames,
+                         k.motion_to_photon_ms.p50, k.motion_to_photon_ms.p99, k.submitted_to_gpu_done_ms.p50, k.error_deg.p50, k.missed, k.judged,
+                         percent(static_cast<double>(k.missed), static_cast<double>(k.judged)));
+    }
+    return s + "</tbody></table><p class='soft'>An extrapolated frame continues the rendered one before it: its motion to photon counts from that frame's sample.</p>";
+}
+
 }  // namespace
 
 std::string latency_html(const replay::LatencyReport& r, const ReportPage& page) {
@@ -200,6 +214,7 @@ std::string latency_html(const replay::LatencyReport& r, const ReportPage& page)
     s += fmt::format("<p class='soft'>Nearest-rank percentiles over {} frames. The photon time asked of the latch was off by "
                      "{:.2f} ms (median), {:.2f} ms (p99).</p>",
                      r.per_frame.size(), r.abs_prediction_ms.p50, r.abs_prediction_ms.p99);
+    s += kind_table(r);
     s += "<h2>Frame by frame</h2>" + stages_chart(r);
     s += "<h2>Foveal error: where the eye really was at photon time</h2>" + error_chart(r);
     s += fmt::format("<p class='soft'>Worst view of each frame: {:.2f} deg (median), {:.2f} (p95), {:.2f} (p99), {:.2f} (max). "

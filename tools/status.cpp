@@ -1,12 +1,11 @@
 // `fovea status`: what a running fovead says of itself.
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
-#include "daemon/service/admin_client.hpp"
+#include "tools/ask_admin.hpp"
 #include "tools/commands.hpp"
 
 namespace fovea::tools {
@@ -15,7 +14,7 @@ namespace {
 using nlohmann::json;
 
 struct Options {
-    std::string run_dir, socket;
+    WhichDaemon which;
     bool as_json = false;
 };
 
@@ -92,20 +91,9 @@ void print_recorder(const json& recorder) {
 }
 
 int run(const Options& options) {
-    std::string socket = options.socket;
-    if (socket.empty())
-        socket = options.run_dir.empty() ? service::default_admin_path() : (std::filesystem::path(options.run_dir) / "admin.sock").string();
-    const auto answer = service::ask_daemon(socket, R"({"command":"status"})");
-    if (!answer) {
-        fmt::print(stderr, "fovea status: {}\n", answer.error().message());
-        return answer.error().no_daemon ? kNoDaemon : kFailed;
-    }
-    const json reply = json::parse(*answer, nullptr, false);
-    if (!reply.is_object() || !reply.value("ok", false) || !reply.contains("status")) {
-        fmt::print(stderr, "fovea status: {}: the answer is not that of a fovead of this version: {:.200}\n", socket, *answer);
-        return kFailed;
-    }
-    const json& status = reply["status"];
+    json reply;
+    if (const int code = ask_admin("status", options.which, {}, &reply); code != kSuccess) return code;
+    const json status = reply.value("status", json::object());
     if (options.as_json) {
         fmt::print("{}\n", status.dump(2));
         return kSuccess;
@@ -124,8 +112,7 @@ int run(const Options& options) {
 void add_status(CLI::App& app, int* exit_code) {
     auto options = std::make_shared<Options>();
     CLI::App* command = app.add_subcommand("status", "Show what a running fovead does: source, rates, clients, recorder");
-    command->add_option("--run-dir", options->run_dir, "The daemon's run directory (default: $XDG_RUNTIME_DIR/fovea, else /run/fovea)");
-    command->add_option("--socket", options->socket, "The administrators' socket itself, where it has another path");
+    add_which_daemon(*command, options->which);
     command->add_flag("--json", options->as_json, "Print everything as JSON, for scripts");
     command->footer("Exit codes: 0 it answered, 1 it answered wrongly or may not be asked, 4 no fovead is running there.");
     command->callback([options, exit_code] { *exit_code = run(*options); });

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numbers>
+#include <utility>
 
 #include "daemon/pipeline/main_sequence.hpp"
 
@@ -46,6 +47,7 @@ void EyeLine::reset() noexcept {
 }
 
 void EyeLine::forget_motion() noexcept {
+    unjudged_ = false;
     raw_.clear();
     shown_.clear();
     classifier_.forget_motion();
@@ -54,7 +56,12 @@ void EyeLine::forget_motion() noexcept {
     judge_.forget_pending();
 }
 
+void EyeLine::settle() noexcept {
+    if (std::exchange(unjudged_, false)) judge_.observe(raw_.time_ns(0), raw_.direction(0));
+}
+
 Verdict EyeLine::update(Instant exposed, const EyeState& eye) noexcept {
+    settle();
     const Validator::Checked checked = validator_.update(to_ns(exposed), eye);
     if (checked.verdict == Verdict::duplicate || checked.verdict == Verdict::out_of_order) return checked.verdict;
     const GateState before = gate_.state();
@@ -103,7 +110,6 @@ void EyeLine::use(Instant exposed, Direction<HeadFrame> gaze_dir_head) noexcept 
 }
 
 void EyeLine::predict(std::int64_t t, Direction<HeadFrame> filtered, const Classified& now) noexcept {
-    judge_.observe(t, raw_.direction(0));
     const MotionFeatures features = motion_features(raw_, now.fast_rad_s);
     const NetInput net = net_input(features, now.noise_deg_s,
                                    now.any_saccade ? static_cast<double>(t - now.onset_ns) * 1e-6 : kLongAgo_ms);
@@ -117,6 +123,7 @@ void EyeLine::predict(std::int64_t t, Direction<HeadFrame> filtered, const Class
         ahead_.radius95_rad[h] = std::min(radii.r95_deg[h] * static_cast<float>(1 / kDegreesPerRadian), kWidest_rad);
     }
     ahead_.raw_offset = lid ? Tangent{} : nearby(TangentBasis<HeadFrame>(filtered), filtered, raw_.direction(0));
+    unjudged_ = !lid;
     if (lid) judge_.forget_pending();  // nothing that was foreseen is judged by where the lid drags the gaze
     judge_.apply(t, filtered, phase, ahead_);
     // The present: the noise that is left in one sample.

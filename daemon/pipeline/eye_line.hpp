@@ -2,7 +2,7 @@
 //
 // The classifier reads the raw samples, not the filtered ones, so that no filter's lag delays an onset; filter and
 // predictor then know what the eye is doing.
-// Threads: one at a time; update() is noexcept and allocates nothing.
+// Threads: one at a time; update() and settle() are noexcept and allocate nothing.
 #pragma once
 
 #include "daemon/pipeline/blink_gate.hpp"
@@ -23,6 +23,7 @@ public:
 
     // What became of the sample; `good` means that the motion below now includes it.
     Verdict update(Instant exposed, const EyeState& eye) noexcept;
+    void settle() noexcept;   // pipeline.hpp
     void reset() noexcept;
 
     [[nodiscard]] const EyeMotion& motion() const noexcept { return motion_; }
@@ -48,6 +49,7 @@ private:
     Predictor predictor_;
     SelfJudge judge_;
     Ahead ahead_{};
+    bool unjudged_ = false;   // the newest sample of raw_ has yet to be held against what was foreseen
     EyeMotion motion_;
     std::uint64_t blinks_ = 0, losses_ = 0;
 };

@@ -80,6 +80,11 @@ const MotionModel& Pipeline::update(const GazeSample& as_measured) noexcept {
     return s.model;
 }
 
+void Pipeline::settle() noexcept {
+    for (auto& line : state_->lines)
+        if (line) line->settle();
+}
+
 void Pipeline::reset() noexcept {
     for (auto& line : state_->lines)
         if (line) line->reset();

@@ -4,7 +4,7 @@
 // nanoseconds, so the same recording gives the same bits whenever it is played.
 //
 // Cost/Lag: see fovea_bench, BM_Pipeline; adds no sample of delay.
-// Threads: one at a time. update() is noexcept and allocates nothing.
+// Threads: one at a time. update() and settle() are noexcept and allocate nothing.
 #pragma once
 
 #include <cstdint>
@@ -38,6 +38,9 @@ public:
     // Takes one sample and returns the model that is to be published for it (sequence, filtered and published are the
     // caller's to fill). The reference stays valid until the next call.
     [[nodiscard]] const MotionModel& update(const GazeSample& sample) noexcept;
+    // Learns from the newest sample how good earlier predictions were: a third of the work, which need not hold up the
+    // model. To be called once that is published; update() does it first where it was not, so results are the same.
+    void settle() noexcept;
     // From the next sample on, this eye's directions go through the calibration. Not in the steady loop. Keep the gaze
     // that a tracker combined by itself apart: `combined` is applied to it, left and right to the eyes.
     void set_calibration(Eye eye, const Calibration& calibration) noexcept;

@@ -83,6 +83,9 @@ std::vector<ConfigKey> make_keys() {
              [](Config& c) -> std::string& { return c.source.driver; }),
         boolean("source", "wait_for_client", "Open the source only when the first client has connected",
                 [](Config& c) -> bool& { return c.source.wait_for_client; }),
+        integer("source", "realtime_priority", 0, 50,
+                "Real-time priority of the thread that reads a tracker, where the system allows it (LimitRTPRIO=); 0: none",
+                [](Config& c) -> std::int64_t& { return c.source.realtime_priority; }),
     };
     for (const pipeline::SettingRow& row : pipeline::settings_table()) keys.push_back(pipeline_key(row));
     const ConfigKey server[] = {

@@ -11,6 +11,7 @@
 #include <boost/asio/steady_timer.hpp>
 #include <spdlog/spdlog.h>
 
+#include "daemon/service/admin_request.hpp"
 #include "daemon/service/admin_server.hpp"
 #include "daemon/service/config_keys.hpp"
 #include "daemon/service/endpoint.hpp"
@@ -70,7 +71,7 @@ struct Daemon::State {
                              if (number == loop_number) source_changed();  // not of a loop that was replaced
                          });
                      },
-                     published_before);
+                     published_before, static_cast<int>(parts.config.source.realtime_priority));
         return {};
     }
 
@@ -152,8 +153,11 @@ struct Daemon::State {
             case SourceState::lost: spdlog::warn("source lost: {}; trying again", s.error.message()); break;
             case SourceState::ended: spdlog::info("source ended: {} models published", s.published); break;
             case SourceState::failed:
+                // From its start that is the end; later there are clients, and an administrator who can choose another.
                 failure = s.error;
-                return stop(End::source_failed);
+                if (!was_ready || parts.exit_at_end) return stop(End::source_failed);
+                spdlog::error("source failed: {}; waiting for another (fovea admin switch, or reload)", s.error.message());
+                break;
         }
         if (parts.source_changed) {
             if (Result<void> ok = parts.source_changed(s); !ok) {
@@ -181,19 +185,33 @@ struct Daemon::State {
     }
 
     AdminServer::Reply answer(const std::string& line) {
-        const Result<std::string> command = command_of(line);
-        if (!command) return {error_json(command.error())};
-        if (*command == "status") return {to_json(status())};
-        if (*command == "reload") return {reload()};
-        if (*command == "stop") {
-            spdlog::info("an administrator asked for the end");
-            return {done_json({"stop"}, {}), [this] { stop(End::stopped); }};
+        const Result<AdminRequest> request = parse_admin_request(line);
+        if (!request) return {error_json(request.error())};
+        switch (request->command) {
+            case AdminCommand::status: return {to_json(status())};
+            case AdminCommand::reload: return {reload()};
+            case AdminCommand::switch_source: return {take_over(parts.with_settings(parts.config, request->set))};
+            case AdminCommand::record: return {record(request->path)};
+            case AdminCommand::end_recording: {
+                const Result<RecorderStatus> ended = parts.end_recording();
+                return {ended ? recorded_json(*ended) : error_json(ended.error())};
+            }
+            case AdminCommand::stop: break;
         }
-        return {error_json({"unknown command '" + *command + "'", {}, "commands: status, reload, stop"})};
+        spdlog::info("an administrator asked for the end");
+        return {done_json({"stop"}, {}), [this] { stop(End::stopped); }};
     }
 
-    std::string reload() {
-        Result<Config> fresh = parts.read_config();
+    std::string record(const std::string& path) {
+        const Result<std::string> begun_file = parts.begin_recording(path, loop->status(), parts.config);
+        if (!begun_file) return error_json(begun_file.error());
+        return recorded_json(parts.recorder_status());
+    }
+
+    std::string reload() { return take_over(parts.read_config()); }
+
+    // Makes `fresh` the config, as far as it can be taken over while running. A config with an error changes nothing.
+    std::string take_over(Result<Config> fresh) {
         if (!fresh) {
             spdlog::error("config not reloaded: {}", fresh.error().message());
             return error_json(fresh.error());

@@ -30,6 +30,11 @@ struct DaemonParts {
     std::function<void(const std::string& level)> set_log_level;
     // The source's new state, on the service thread; an error ends the daemon. The first call comes before `ready`.
     std::function<Result<void>(const SourceStatus&)> source_changed;
+    // `config` with more keys set ("source.driver=hid"): for `switch`.
+    std::function<Result<Config>(Config config, const std::vector<std::string>& set)> with_settings;
+    // Sessions that an administrator asks for, on the service thread: the file's real name; what it holds at its end.
+    std::function<Result<std::string>(const std::string& path, const SourceStatus&, const Config&)> begin_recording;
+    std::function<Result<RecorderStatus>()> end_recording;
     std::function<RecorderStatus()> recorder_status;        // from the service thread
     std::function<void()> ready;                            // sockets listen and the source has been tried; once
     bool exit_at_end = false;                               // a recording's end ends the daemon

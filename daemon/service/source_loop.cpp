@@ -1,6 +1,7 @@
 #include "daemon/service/source_loop.hpp"
 
 #include <pthread.h>
+#include <sched.h>
 #include <sys/prctl.h>
 
 #include <algorithm>
@@ -29,9 +30,11 @@ const char* to_string(SourceState state) noexcept {
 }
 
 SourceLoop::SourceLoop(std::unique_ptr<drivers::Device> device, bool may_come_later, pipeline::Pipeline pipeline,
-                       Outputs outputs, const TimeSource& time, std::function<void()> state_changed, Published before)
+                       Outputs outputs, const TimeSource& time, std::function<void()> state_changed, Published before,
+                       int realtime_priority)
     : device_{std::move(device)},
       may_come_later_{may_come_later},
+      realtime_priority_{may_come_later ? realtime_priority : 0},
       pipeline_{std::move(pipeline)},
       outputs_{outputs},
       time_{time},
@@ -55,6 +58,12 @@ void SourceLoop::begin() {
         pthread_setname_np(pthread_self(), "fovead-source");
         // A wait that ends at a time (a recording's next sample) is otherwise up to 50 us late by the kernel's default.
         prctl(PR_SET_TIMERSLACK, 1);
+        if (realtime_priority_ > 0) {
+            // A report that has come is worth more than what else runs just then; the thread sleeps nearly all the time.
+            // Threads that a driver's library starts are not to inherit it.
+            const sched_param p{.sched_priority = realtime_priority_};
+            static_cast<void>(::sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &p));
+        }
         run();
     });
 }
@@ -191,6 +200,7 @@ void SourceLoop::publish(const GazeSample& polled) noexcept {
     model_.published = time_.now();
     outputs_.focus.publish(model_);
     outputs_.samples.publish_sample(sample, model_);
+    pipeline_.settle();
 
     constexpr auto relaxed = std::memory_order_relaxed;
     const pipeline::PipelineCounters& c = pipeline_.counters();

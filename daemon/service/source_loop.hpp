@@ -56,9 +56,12 @@ public:
         FocusPublisher& focus;         // publish() is this loop's alone
         SamplesPublisher& samples;     // publish_sample() likewise
     };
+    // `realtime_priority`: 1 to 50 for hardware; a file, which may be played as fast as it can, gets none. Without the
+    // right to it the thread stays as it is.
     // `state_changed` is called on the loop's thread at each arrow above, never from the steady loop.
     SourceLoop(std::unique_ptr<drivers::Device> device, bool may_come_later, pipeline::Pipeline pipeline,
-               Outputs outputs, const TimeSource& time, std::function<void()> state_changed, Published before = {});
+               Outputs outputs, const TimeSource& time, std::function<void()> state_changed, Published before = {},
+               int realtime_priority = 0);
     ~SourceLoop();   // stops
 
     void begin();                      // waiting -> opening; once
@@ -80,6 +83,7 @@ private:
 
     std::unique_ptr<drivers::Device> device_;
     const bool may_come_later_;
+    const int realtime_priority_;
     pipeline::Pipeline pipeline_;
     const Outputs outputs_;
     const TimeSource& time_;

@@ -88,6 +88,16 @@ json to_object(const MotionModel& model, std::int64_t age_ns) {
             {"received_to_published_ms", ms(to_ns(model.published) - to_ns(model.received))}};
 }
 
+json to_object(const RecorderStatus& r) {
+    if (r.path.empty()) return nullptr;
+    return {{"path", r.path},
+            {"samples", r.samples},
+            {"frames", r.frames},
+            {"lost_samples", r.lost_samples},
+            {"lost_frames", r.lost_frames},
+            {"error", r.error.empty() ? json(nullptr) : json(r.error)}};
+}
+
 }  // namespace
 
 std::string to_json(const DaemonStatus& status) {
@@ -97,7 +107,6 @@ std::string to_json(const DaemonStatus& status) {
     json source = to_object(status.source);
     source["rate_hz"] = status.rate_hz < 0 ? json(nullptr) : json(status.rate_hz);
     source["newest_age_ms"] = status.newest_age_ns < 0 ? json(nullptr) : json(ms(status.newest_age_ns));
-    const RecorderStatus& r = status.recorder;
     const json j = {
         {"version", FOVEA_VERSION},
         {"pid", status.pid},
@@ -112,14 +121,7 @@ std::string to_json(const DaemonStatus& status) {
           {"refused", status.counters.refused},
           {"misbehaved", status.counters.misbehaved},
           {"gone_frames", to_object(status.counters.gone_frames)}}},
-        {"recorder",
-         r.path.empty() ? json(nullptr)
-                        : json{{"path", r.path},
-                               {"samples", r.samples},
-                               {"frames", r.frames},
-                               {"lost_samples", r.lost_samples},
-                               {"lost_frames", r.lost_frames},
-                               {"error", r.error.empty() ? json(nullptr) : json(r.error)}}}};
+        {"recorder", to_object(status.recorder)}};
     return one_line({{"ok", true}, {"status", j}});
 }
 
@@ -127,15 +129,8 @@ std::string done_json(const std::vector<std::string>& applied, const std::vector
     return one_line({{"ok", true}, {"applied", applied}, {"needs_restart", needs_restart}});
 }
 
-std::string error_json(const Error& error) { return one_line({{"ok", false}, {"error", to_object(error)}}); }
+std::string recorded_json(const RecorderStatus& recorder) { return one_line({{"ok", true}, {"recorder", to_object(recorder)}}); }
 
-Result<std::string> command_of(const std::string& line) {
-    constexpr const char* kWayOut = R"(send one JSON object per line, e.g. {"command":"status"})";
-    const json j = json::parse(line, nullptr, false);
-    if (!j.is_object()) return fail("this line is no JSON object", {}, kWayOut);
-    const auto command = j.find("command");
-    if (command == j.end() || !command->is_string()) return fail("the object has no text \"command\"", {}, kWayOut);
-    return command->get<std::string>();
-}
+std::string error_json(const Error& error) { return one_line({{"ok", false}, {"error", to_object(error)}}); }
 
 }  // namespace fovea::service

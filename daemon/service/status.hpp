@@ -35,9 +35,7 @@ struct DaemonStatus {
 // One line each.
 [[nodiscard]] std::string to_json(const DaemonStatus& status);          // {"ok":true,"status":{...}}
 [[nodiscard]] std::string done_json(const std::vector<std::string>& applied, const std::vector<std::string>& needs_restart);
+[[nodiscard]] std::string recorded_json(const RecorderStatus& recorder);   // {"ok":true,"recorder":{...}}
 [[nodiscard]] std::string error_json(const Error& error);               // {"ok":false,"error":{...}}
-
-// The value of "command" in an administrator's line. Errors: no JSON object, no such member.
-[[nodiscard]] Result<std::string> command_of(const std::string& line);
 
 }  // namespace fovea::service

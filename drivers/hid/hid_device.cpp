@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
@@ -17,6 +16,7 @@
 #include "drivers/access.hpp"
 #include "drivers/exposure_clock.hpp"
 #include "drivers/hid/eye_tracker.hpp"
+#include "drivers/hid/report_stream.hpp"
 #include "drivers/hid/usages.hpp"
 #include "drivers/setting_values.hpp"
 
@@ -24,7 +24,6 @@ namespace fovea::drivers::hid {
 
 namespace {
 
-constexpr Duration kWakeSlice = std::chrono::milliseconds(50);   // hidapi has no descriptor to wait on beside its own
 constexpr std::size_t kMaxReportBytes = kMaxReportBits / 8 + 1;
 
 std::string narrow(const wchar_t* text) {
@@ -79,6 +78,15 @@ std::vector<Candidate> candidates() {
     return found;
 }
 
+void read_features(hid_device* handle, EyeTracker& tracker) {
+    for (const EyeTracker::FeatureReport& f : tracker.features_to_read()) {
+        std::vector<std::uint8_t> bytes(f.bytes, 0);
+        bytes[0] = f.id;
+        const int got = hid_get_feature_report(handle, bytes.data(), bytes.size());
+        if (got > 0) tracker.take_feature({bytes.data(), static_cast<std::size_t>(got)});
+    }
+}
+
 struct HidSettings {
     std::string path, serial;
     std::uint16_t vendor = 0, product = 0;
@@ -89,7 +97,7 @@ struct HidSettings {
 class HidDevice final : public Device {
 public:
     HidDevice(HidSettings settings, const TimeSource& time)
-        : settings_{std::move(settings)}, time_{time}, buffer_(kMaxReportBytes) {
+        : settings_{std::move(settings)}, time_{time} {
         info_.driver = "hid";
         info_.name = "HID eye tracker";
         info_.location = settings_.path;
@@ -98,12 +106,8 @@ public:
 
     DeviceInfo info() const override { return info_; }
     DeviceCounters counters() const noexcept override { return counters_; }
-    void wake() noexcept override { woken_.store(true, std::memory_order_relaxed); }  // a flag alone: nothing to order
-
-    void close() noexcept override {
-        if (handle_ != nullptr) hid_close(handle_);
-        handle_ = nullptr;
-    }
+    void wake() noexcept override { stream_.wake(); }
+    void close() noexcept override { stream_.close(); }
 
     Result<void> open() override {
         close();
@@ -115,18 +119,18 @@ public:
         auto tracker = EyeTracker::create(
             bytes, quirks_for(*quirk_list, chosen->vendor, chosen->product, chosen->name), settings_.screen);
         if (!tracker) return at(chosen->node, tracker.error());
-        handle_ = hid_open_path(chosen->node.c_str());
-        if (handle_ == nullptr) {
-            const int code = try_open(chosen->node);
-            return cannot_open(chosen->node, code == 0 ? EBUSY : code);
+        // Before the features: the device must stay open between those and the reports.
+        if (const int code = stream_.open(chosen->node); code != 0) return cannot_open(chosen->node, code);
+        if (hid_device* const handle = hid_open_path(chosen->node.c_str())) {
+            read_features(handle, *tracker);
+            if (const auto request = tracker->mode_request(); !request.empty())
+                hid_send_feature_report(handle, request.data(), request.size());  // refused by some that stream anyway
+            hid_close(handle);
         }
-        read_features(*tracker);
         if (auto geometry = tracker->check_geometry(); !geometry) {
             close();
             return at(chosen->node, geometry.error());
         }
-        if (const auto request = tracker->mode_request(); !request.empty())
-            hid_send_feature_report(handle_, request.data(), request.size());  // refused by some that stream anyway
         const Capabilities& k = tracker->capabilities();
         info_.name = fmt::format("{} ({:04x}:{:04x})", chosen->name, chosen->vendor, chosen->product);
         info_.location = chosen->node;
@@ -139,23 +143,18 @@ public:
     }
 
     PollStatus poll(GazeSample& out, Instant deadline) noexcept override {
-        if (handle_ == nullptr) return lose("not open");
         for (;;) {
-            if (woken_.exchange(false, std::memory_order_relaxed)) return PollStatus::nothing;
-            const Instant now = time_.now();
-            if (settings_.silent > Duration{} && now - last_report_ > settings_.silent) return lose("silent");
-            const Duration left = std::clamp(deadline - now, Duration{}, kWakeSlice);
-            // Rounded up: a wait of 0 ms in the last millisecond would spin.
-            const auto ms = static_cast<int>((left.count() + 999'999) / 1'000'000);
-            const int got = hid_read_timeout(handle_, buffer_.data(), buffer_.size(), ms);
-            if (got < 0) return lose("unplugged");
-            if (got == 0) {
-                if (time_.now() >= deadline) return PollStatus::nothing;
-                continue;
+            Instant until = deadline;
+            if (settings_.silent > Duration{}) until = std::min(until, last_report_ + settings_.silent);
+            std::span<const std::uint8_t> report;
+            Instant received;
+            switch (stream_.next(report, received, until, time_)) {
+                case ReportEvent::report: break;
+                case ReportEvent::lost: return lose("unplugged");
+                case ReportEvent::nothing: return silent_at(time_.now()) ? lose("silent") : PollStatus::nothing;
             }
-            const Instant received = time_.now();
             bool has_device_time = false;
-            switch (tracker_->decode({buffer_.data(), static_cast<std::size_t>(got)}, out, has_device_time)) {
+            switch (tracker_->decode(report, out, has_device_time)) {
                 case Decoded::sample:
                     last_report_ = received;
                     out.id = next_id_++;
@@ -163,7 +162,10 @@ public:
                     clock_.stamp(out, has_device_time);
                     ++counters_.samples;
                     return PollStatus::sample;
-                case Decoded::malformed: ++counters_.malformed; break;
+                case Decoded::malformed:
+                    ++counters_.malformed;
+                    if (silent_at(received)) return lose("silent");   // nothing but noise is silence too
+                    break;
                 case Decoded::status:
                 case Decoded::foreign: last_report_ = received; break;
             }
@@ -184,6 +186,10 @@ private:
         return PollStatus::lost;
     }
 
+    [[nodiscard]] bool silent_at(Instant now) const noexcept {
+        return settings_.silent > Duration{} && now - last_report_ >= settings_.silent;
+    }
+
     [[nodiscard]] Result<Candidate> choose() const {
         const auto all = candidates();
         for (const Candidate& c : all) {
@@ -200,26 +206,15 @@ private:
                     "plug one in; `fovea devices` lists what is there");
     }
 
-    void read_features(EyeTracker& tracker) {
-        for (const EyeTracker::FeatureReport& f : tracker.features_to_read()) {
-            std::vector<std::uint8_t> bytes(f.bytes, 0);
-            bytes[0] = f.id;
-            const int got = hid_get_feature_report(handle_, bytes.data(), bytes.size());
-            if (got > 0) tracker.take_feature({bytes.data(), static_cast<std::size_t>(got)});
-        }
-    }
-
     HidSettings settings_;
     const TimeSource& time_;
-    std::vector<std::uint8_t> buffer_;
+    ReportStream stream_{kMaxReportBytes};
     DeviceInfo info_;
-    hid_device* handle_ = nullptr;
     std::optional<EyeTracker> tracker_;
     ExposureClock clock_;
     std::uint64_t next_id_ = 1;
     Instant last_report_;
     DeviceCounters counters_;
-    std::atomic<bool> woken_{false};
 };
 
 std::vector<std::string> facts(const EyeTracker& tracker) {
@@ -292,12 +287,7 @@ std::vector<FoundDevice> list(bool with_details) {
             f.problem = cannot_open(c.node, code).error().message();
         } else if (tracker) {
             if (hid_device* h = hid_open_path(c.node.c_str())) {
-                for (const auto& feature : tracker->features_to_read()) {
-                    std::vector<std::uint8_t> report(feature.bytes, 0);
-                    report[0] = feature.id;
-                    const int got = hid_get_feature_report(h, report.data(), report.size());
-                    if (got > 0) tracker->take_feature({report.data(), static_cast<std::size_t>(got)});
-                }
+                read_features(h, *tracker);
                 hid_close(h);
             }
         }

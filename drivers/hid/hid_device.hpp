@@ -1,7 +1,8 @@
 // Any eye tracker of HID usage page 0x12 behind the kernel's hidraw, through hidapi.
 //
 // States: closed -> open() -> streaming -> (unplugged | silent) -> lost; open() looks for the device again.
-// Cost: one read per report; sleeps in the kernel between reports, and looks for wake() at least every 50 ms.
+// hidapi finds the trackers and speaks their feature reports; the stream of reports is report_stream.hpp.
+// Cost: one read per report; sleeps in the kernel until a report, the deadline or wake() comes.
 // Threads, errors: as drivers/device.hpp.
 #pragma once
 

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstring>
 #include <numbers>
 
 namespace fovea::drivers::hid {
@@ -301,7 +303,16 @@ std::optional<std::int64_t> raw_value(const Field& field, std::span<const std::u
     const std::uint64_t first = field.bit_offset + std::uint64_t{element} * field.bit_size;
     if (first + field.bit_size > std::uint64_t{payload.size()} * 8) return std::nullopt;
     std::uint64_t value = 0;
-    for (std::uint32_t got = 0; got < field.bit_size;) {
+    const std::size_t from = static_cast<std::size_t>(first >> 3);
+    const auto odd = static_cast<unsigned>(first & 7);
+    std::uint32_t got = 0;
+    if (std::endian::native == std::endian::little && from + 8 <= payload.size() && odd + field.bit_size <= 64) {
+        std::memcpy(&value, payload.data() + from, 8);   // nearly every field: one load in place of a loop over its bytes
+        value >>= odd;
+        if (field.bit_size < 64) value &= (std::uint64_t{1} << field.bit_size) - 1;
+        got = field.bit_size;
+    }
+    while (got < field.bit_size) {
         const std::uint64_t bit = first + got;
         const auto shift = static_cast<unsigned>(bit & 7);
         const std::uint32_t take = std::min(8 - shift, field.bit_size - got);

@@ -86,8 +86,8 @@ struct GlExtrapolator::State {
     }
 
     [[nodiscard]] bool read(GLuint texture, const TextureInfo& info, std::byte* to) noexcept;
-    [[nodiscard]] GLenum on_processor(const GLuint (&names)[3], const TextureInfo (&infos)[3], float factor) noexcept;
-    [[nodiscard]] GLenum run(const GLuint (&names)[3], const TextureInfo (&infos)[3], float factor, Backend backend) noexcept;
+    [[nodiscard]] GLenum on_processor(const GLuint (&names)[3], const TextureInfo (&infos)[3], float factor, const Hints& hints) noexcept;
+    [[nodiscard]] GLenum run(const GLuint (&names)[3], const TextureInfo (&infos)[3], float factor, Backend backend, const Hints& hints = {}) noexcept;
     class ProbePair;
     [[nodiscard]] bool passes_work();
     void probe();
@@ -114,7 +114,7 @@ bool GlExtrapolator::State::read(GLuint texture, const TextureInfo& info, std::b
     return passes->read_floats(texture, info.width, info.height, to);
 }
 
-GLenum GlExtrapolator::State::on_processor(const GLuint (&names)[3], const TextureInfo (&infos)[3], float factor) noexcept {
+GLenum GlExtrapolator::State::on_processor(const GLuint (&names)[3], const TextureInfo (&infos)[3], float factor, const Hints& hints) noexcept {
     const Format format = *infos[0].format, held = held_as(format);
     const int w = infos[0].width, h = infos[0].height;
     const auto row_bytes = static_cast<std::ptrdiff_t>(w) * bytes_per_pixel(held);
@@ -131,7 +131,7 @@ GLenum GlExtrapolator::State::on_processor(const GLuint (&names)[3], const Textu
         for (int i = 0; i < 2; ++i)
             for (std::size_t k = 0; k < bytes; k += 4) pixels[i][k + 1] = pixels[i][k + 2] = pixels[i][k];
     const ConstImage src1{pixels[0].data(), w, h, row_bytes, held}, src2{pixels[1].data(), w, h, row_bytes, held};
-    if (engine.extrapolate(src1, src2, {pixels[2].data(), w, h, row_bytes, held}, factor) != Outcome::ok) return GL_OUT_OF_MEMORY;
+    if (engine.extrapolate(src1, src2, {pixels[2].data(), w, h, row_bytes, held}, factor, hints) != Outcome::ok) return GL_OUT_OF_MEMORY;
     const GLenum layout = channel_count(format) == 4 ? GL_RGBA : channel_count(format) == 3 ? GL_RGB : GL_RED;
     const std::byte* upload = pixels[2].data();
     const bool packs = format != held;
@@ -146,14 +146,14 @@ GLenum GlExtrapolator::State::on_processor(const GLuint (&names)[3], const Textu
     return gl.GetError() == GL_NO_ERROR ? static_cast<GLenum>(GL_NO_ERROR) : static_cast<GLenum>(GL_OUT_OF_MEMORY);
 }
 
-GLenum GlExtrapolator::State::run(const GLuint (&names)[3], const TextureInfo (&infos)[3], float factor, Backend on) noexcept {
+GLenum GlExtrapolator::State::run(const GLuint (&names)[3], const TextureInfo (&infos)[3], float factor, Backend on, const Hints& hints) noexcept {
     const bool aliased = names[2] == names[0] || names[2] == names[1];
     const bool swizzled = infos[0].swizzled || infos[1].swizzled;
     // A compute shader may store to immutable textures only; GlPasses draws where it cannot store.
-    const bool in_driver = on != Backend::processor && passes != nullptr && passes->writes(*infos[0].format) && !aliased && !swizzled && std::isfinite(factor);
+    const bool in_driver = on != Backend::processor && passes != nullptr && passes->writes(*infos[0].format) && !aliased && !swizzled && std::isfinite(factor) && hints.motion == nullptr;
     if (!in_driver) {
         GlStateGuard guard(gl, false);
-        return on_processor(names, infos, factor);
+        return on_processor(names, infos, factor, hints);
     }
     GlStateGuard guard(gl, true);
     const bool from_first = factor < -0.5f;
@@ -293,7 +293,7 @@ Result<GlExtrapolator> GlExtrapolator::create(GlLoader loader, const GlSettings&
     return GlExtrapolator(std::move(state));
 }
 
-GLenum GlExtrapolator::extrapolate(GLuint src1, GLuint src2, GLuint output, float factor) noexcept {
+GLenum GlExtrapolator::extrapolate(GLuint src1, GLuint src2, GLuint output, float factor, const Hints& hints) noexcept {
     State& s = *state_;
     if (factor == 0) return GL_INVALID_VALUE;
     const GLuint names[3] = {src1, src2, output};
@@ -306,7 +306,7 @@ GLenum GlExtrapolator::extrapolate(GLuint src1, GLuint src2, GLuint output, floa
     }
     for (const TextureInfo& i : infos)
         if (!i.format || *i.format != *infos[0].format || i.width != infos[0].width || i.height != infos[0].height) return GL_INVALID_OPERATION;
-    return s.run(names, infos, factor, s.backend);
+    return s.run(names, infos, factor, s.backend, hints);
 }
 
 Backend GlExtrapolator::backend() const noexcept { return state_->backend; }

@@ -118,6 +118,8 @@ bool Context::make_current() const noexcept {
 
 void Context::release() noexcept { eglMakeCurrent(display().handle, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT); }
 
+void (*driver_function(const char* name))() { return eglGetProcAddress(name); }
+
 std::string pending_error() {
     std::string all;
     for (int i = 0; i < 16; ++i) {

@@ -42,6 +42,9 @@ private:
     std::unique_ptr<State> state_;
 };
 
+// The current driver's entry point of that name, for code that keeps its own table of them; null if it has none.
+[[nodiscard]] void (*driver_function(const char* name))();
+
 // The pending GL error of the current context as text, empty if there is none; clears all.
 [[nodiscard]] std::string pending_error();
 

@@ -171,6 +171,15 @@ Result<RenderTarget> RenderTarget::create(const TargetSettings& s) {
     return t;
 }
 
+void copy_color(const RenderTarget& from, const RenderTarget& to) noexcept {
+    FOVEA_REQUIRE(from.width() == to.width() && from.height() == to.height());
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, from.framebuffer());
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, to.framebuffer());
+    glDisable(GL_SCISSOR_TEST);
+    glBlitFramebuffer(0, 0, from.width(), from.height(), 0, 0, to.width(), to.height(), GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    glBindFramebuffer(GL_FRAMEBUFFER, 0);
+}
+
 void read_pixels(Name framebuffer, int x, int y, int width, int height, std::span<std::uint8_t> rgba) noexcept {
     FOVEA_REQUIRE(rgba.size() >= static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 4);
     glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);

@@ -99,6 +99,9 @@ private:
 // Colour of a framebuffer, RGBA8, bottom row first. Waits for the GPU.
 void read_pixels(Name framebuffer, int x, int y, int width_px, int height_px, std::span<std::uint8_t> rgba) noexcept;
 
+// The whole colour of one target into another of the same size, neither multisampled.
+void copy_color(const RenderTarget& from, const RenderTarget& to) noexcept;
+
 // A point in the stream of commands; its time is when the GPU has passed it. Never a timer query: some software drivers
 // return garbage there.
 class Fence {

@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include "render/foveation/method.hpp"
+#include "render/present/presenter.hpp"
 #include "render/scene/scene.hpp"
 
 namespace fovea::viewer {
@@ -42,6 +43,8 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
     app.add_option("--size", size, "pixels per eye, WIDTHxHEIGHT or one number for a square")->capture_default_str();
     app.add_option("--method", o.method, "foveation method:" + list_of(foveation::methods()))->capture_default_str();
     app.add_option("--scene", o.scene, "what to draw:" + list_of(scene::scenes()))->capture_default_str();
+    app.add_option("--present", o.present, "where frames are shown; auto: the first of these that the environment offers:" + list_of(present::presenters()))
+        ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast)->capture_default_str();
     app.add_option("--refresh-hz", o.scanout.refresh_hz, "refresh rate of the simulated display")->capture_default_str();
     app.add_option("--scanout-ms", o.scanout.scanout_ms, "time the simulated display takes to emit a frame")->capture_default_str();
     app.add_option("--gain", o.fovea.gain, "how fast resolution falls outside the fovea (QCOM gain, 1/NDC)")
@@ -50,6 +53,13 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
         ->check(CLI::Range(0.1, 60.0))->capture_default_str();
     app.add_option("--fovea-max-deg", max_deg, "its bound when the gaze is uncertain, degrees")
         ->check(CLI::Range(0.1, 90.0))->capture_default_str();
+    app.add_option("--speed", o.speed, "of the scene's motion; 0 stands still")->check(CLI::Range(0.0, 100.0))->capture_default_str();
+    std::string extrapolate = "off", preset = render::extrapolation::preset_name(o.extrapolation_preset);
+    app.add_option("--extrapolate", extrapolate,
+                   "show an extrapolated frame after each rendered one: off, auto (while the picture moves and frames take longer than a refresh), on")
+        ->check(CLI::IsMember({"off", "auto", "on"}))->capture_default_str();
+    app.add_option("--extrapolation-preset", preset, "what an extrapolated frame may cost")
+        ->check(CLI::IsMember({"draft", "fast", "balanced", "best"}))->capture_default_str();
     app.add_option("--out", o.out, "directory for frame.png and frame_levels.png (made if missing)");
     app.add_option("--snapshot-frame", o.snapshot_frame, "which frame to picture, from 1 (default: a live one past the middle)")
         ->check(CLI::Range(1L, 1'000'000'000L));
@@ -66,6 +76,8 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
         *exit_code = app.exit(e) == 0 ? kSuccess : kUsage;
         return std::nullopt;
     }
+    o.extrapolate = extrapolate == "on" ? Extrapolate::on : extrapolate == "auto" ? Extrapolate::automatic : Extrapolate::off;
+    o.extrapolation_preset = *render::extrapolation::preset_from_name(preset.c_str());   // checked above
     if (!parse_size(size, &o.width_px, &o.height_px)) {
         std::fprintf(stderr, "fovea-view: --size '%s' is no size (WIDTHxHEIGHT or one number, 16 to 8192)\n", size.c_str());
         *exit_code = kUsage;

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "render/density/fovea_size.hpp"
+#include "render/extrapolation/extrapolation.hpp"
 #include "render/present/scanout.hpp"
 
 namespace fovea::viewer {
@@ -12,14 +13,21 @@ namespace fovea::viewer {
 // Exit codes, those of the `fovea` command.
 enum ExitCode { kSuccess = 0, kFailed = 1, kUsage = 2, kUnusableInput = 3, kNoDaemon = 4 };
 
+// Whether frames are extrapolated between those rendered.
+enum class Extrapolate : std::uint8_t { off, automatic, on };   // automatic: while the picture moves and frames miss their budget
+
 struct Options {
     std::string socket;                 // empty: where libfovea looks
     double duration_s = 10;             // 0: until interrupted
     long frames = 0;                    // > 0: ends after so many frames, whatever the duration
     int width_px = 768, height_px = 768;   // per eye
     std::string method = "scaled_bins", scene = "circuit";
+    std::string present = "auto";       // a presenter's name, or auto
     present::ScanoutSettings scanout;
     density::FoveaSizeSettings fovea;
+    double speed = 1;                   // of the scene's camera and lamps
+    Extrapolate extrapolate = Extrapolate::off;
+    render::extrapolation::Preset extrapolation_preset = render::extrapolation::Preset::fast;
     std::string out;                    // directory; empty: no pictures
     long snapshot_frame = 0;            // 0: a live frame past the middle
     bool wait = false, json = false, progress = false, quiet = false;

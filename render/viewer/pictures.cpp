@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -140,13 +141,51 @@ void draw_legend(Canvas& canvas, const Snapshot& s, int top) {
 
 }  // namespace
 
-void copy_levels(const density::Plan& plan, SnapshotView& view) {
-    view.columns = plan.columns();
-    view.rows = plan.rows();
-    view.bin_px = plan.bin_px();
-    view.level.clear();
-    for (int r = 0; r < plan.rows(); ++r)
-        for (int c = 0; c < plan.columns(); ++c) view.level.push_back(static_cast<std::uint8_t>(plan.level_at(c, r)));
+Snapshot snapshot_of(std::uint64_t frame, std::string_view method, bool live, double shaded) {
+    Snapshot s;
+    s.frame = frame;
+    s.shaded = shaded;
+    s.title = "METHOD: " + std::string(method) + "  FRAME " + std::to_string(frame) + (live ? "" : "  (NO LIVE GAZE)");
+    std::ranges::transform(s.title, s.title.begin(), [](char c) { return c == '_' ? ' ' : static_cast<char>(std::toupper(static_cast<unsigned char>(c))); });
+    return s;
+}
+
+SnapshotView read_view(const gl::RenderTarget& target, const density::Plan* plan) {
+    SnapshotView view;
+    view.rgba.resize(static_cast<std::size_t>(target.width()) * static_cast<std::size_t>(target.height()) * 4);
+    gl::read_pixels(target.framebuffer(), 0, 0, target.width(), target.height(), view.rgba);
+    if (plan == nullptr) return view;
+    view.columns = plan->columns();
+    view.rows = plan->rows();
+    view.bin_px = plan->bin_px();
+    for (int r = 0; r < plan->rows(); ++r)
+        for (int c = 0; c < plan->columns(); ++c) view.level.push_back(static_cast<std::uint8_t>(plan->level_at(c, r)));
+    return view;
+}
+
+Result<void> write_comparison(const SnapshotView& extrapolated, const SnapshotView& rendered, int width_px, int height_px, const std::filesystem::path& directory) {
+    Snapshot s;
+    s.width_px = width_px;
+    s.height_px = height_px;
+    s.views = {extrapolated, rendered};
+    const int scale = std::max(2, width_px / 256);
+    Canvas canvas = side_by_side(s, 11 * scale);
+    canvas.fill(0, height_px, canvas.width(), canvas.height(), {18, 20, 26}, 1);
+    canvas.text(3 * scale, height_px + 3 * scale, scale, "EXTRAPOLATED", {225, 228, 235});
+    canvas.text(width_px + 3 * scale, height_px + 3 * scale, scale, "REALLY RENDERED", {225, 228, 235});
+    return gl::write_png(directory / "frame_extrapolated.png", canvas.image());
+}
+
+double psnr_db(const SnapshotView& a, const SnapshotView& b) noexcept {
+    double sum = 0;
+    std::size_t n = 0;
+    for (std::size_t i = 0; i < std::min(a.rgba.size(), b.rgba.size()); ++i) {
+        if (i % 4 == 3) continue;
+        const double d = a.rgba[i] - b.rgba[i];
+        sum += d * d;
+        ++n;
+    }
+    return n == 0 || sum == 0 ? 99 : 10 * std::log10(255.0 * 255.0 * static_cast<double>(n) / sum);
 }
 
 Result<void> write_pictures(const Snapshot& s, const std::filesystem::path& directory) {

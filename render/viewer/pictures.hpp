@@ -6,10 +6,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "protocol/error.hpp"
 #include "render/density/plan.hpp"
+#include "render/gl/objects.hpp"
 
 namespace fovea::viewer {
 
@@ -29,7 +31,15 @@ struct Snapshot {
     std::string title;                        // upper case letters, digits and .,:/%+-() are drawn
 };
 
-void copy_levels(const density::Plan& plan, SnapshotView& view);
+// The numbers and the title; views and their size are still to be filled in.
+[[nodiscard]] Snapshot snapshot_of(std::uint64_t frame, std::string_view method, bool live, double shaded);
+// Pixels and levels (plan: null if the method has none). Waits for the GPU.
+[[nodiscard]] SnapshotView read_view(const gl::RenderTarget& target, const density::Plan* plan);
+
+// Writes frame_extrapolated.png: one eye's extrapolated picture beside the same moment really rendered.
+[[nodiscard]] Result<void> write_comparison(const SnapshotView& extrapolated, const SnapshotView& rendered, int width_px, int height_px, const std::filesystem::path& directory);
+// Of the colours (alpha left out), dB; 99 where they are equal.
+[[nodiscard]] double psnr_db(const SnapshotView& a, const SnapshotView& b) noexcept;
 
 // Writes frame.png and frame_levels.png into the directory.
 [[nodiscard]] Result<void> write_pictures(const Snapshot& snapshot, const std::filesystem::path& directory);

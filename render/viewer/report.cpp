@@ -11,11 +11,21 @@ std::string to_text(const Summary& s, const Options& o) {
     std::snprintf(text.data(), text.size(),
                   "%llu frames in %.1f s (%.1f per second), %llu with live gaze; %s, 2 x %dx%d, %s\n"
                   "shaded %.1f %% of the pixels; per frame (medians): %.1f ms, latch to submit %.2f ms, latch to GPU done %.1f ms\n"
-                  "display: simulated, %.4g Hz, scan-out %.4g ms; photon off its prediction by %.2f ms (median)\n",
+                  "display: %s, %s; photon %.1f ms after the latch, off its prediction by %.2f ms (medians)\n",
                   static_cast<unsigned long long>(s.frames), s.seconds, s.seconds > 0 ? static_cast<double>(s.frames) / s.seconds : 0.0,
                   static_cast<unsigned long long>(s.live_frames), o.method.c_str(), o.width_px, o.height_px, s.renderer.c_str(),
-                  100 * s.shaded, s.frame_ms, s.latch_to_submit_ms, s.latch_to_done_ms, o.scanout.refresh_hz, o.scanout.scanout_ms, s.photon_error_ms);
+                  100 * s.shaded, s.frame_ms, s.latch_to_submit_ms, s.latch_to_done_ms, s.presenter.c_str(), s.display.c_str(), s.latch_to_photon_ms, s.photon_error_ms);
     std::string out = text.data();
+    if (s.extrapolated != 0) {
+        std::snprintf(text.data(), text.size(), "extrapolated %llu frames between them: %.1f ms each, photon %.1f ms after the latch (medians); %s\n",
+                      static_cast<unsigned long long>(s.extrapolated), s.extrapolation_ms, s.latch_to_photon_extrapolated_ms, s.extrapolation_backend.c_str());
+        out += text.data();
+    }
+    if (s.extrapolated_psnr_db > 0) {
+        std::snprintf(text.data(), text.size(), "the last of them: %.1f dB from the frame really rendered (repeating: %.1f dB): %s/frame_extrapolated.png\n",
+                      s.extrapolated_psnr_db, s.held_psnr_db, o.out.c_str());
+        out += text.data();
+    }
     if (s.snapshot_frame != 0)
         out += "pictures of frame " + std::to_string(s.snapshot_frame) + ": " + o.out + "/frame.png, " + o.out + "/frame_levels.png\n";
     if (s.interrupted) out += "interrupted\n";
@@ -36,7 +46,16 @@ std::string to_json(const Summary& s, const Options& o) {
     j["frame_ms"] = s.frame_ms;
     j["latch_to_submit_ms"] = s.latch_to_submit_ms;
     j["latch_to_gpu_done_ms"] = s.latch_to_done_ms;
-    j["display"] = {{"simulated", true}, {"refresh_hz", o.scanout.refresh_hz}, {"scanout_ms", o.scanout.scanout_ms}, {"photon_error_ms", s.photon_error_ms}};
+    j["display"] = {{"presenter", s.presenter}, {"description", s.display}, {"simulated", s.photons_measured + s.photons_estimated == 0},
+                    {"photons_measured", s.photons_measured}, {"photons_estimated", s.photons_estimated}, {"never_shown", s.never_shown},
+                    {"latch_to_photon_ms", s.latch_to_photon_ms}, {"photon_error_ms", s.photon_error_ms}};
+    if (s.extrapolated != 0)
+        j["extrapolation"] = {{"frames", s.extrapolated}, {"preset", render::extrapolation::preset_name(o.extrapolation_preset)}, {"backend", s.extrapolation_backend},
+                              {"frame_ms", s.extrapolation_ms}, {"latch_to_photon_ms", s.latch_to_photon_extrapolated_ms}};
+    if (s.extrapolated_psnr_db > 0) {
+        j["extrapolation"]["psnr_db"] = s.extrapolated_psnr_db;
+        j["extrapolation"]["held_psnr_db"] = s.held_psnr_db;
+    }
     j["connects"] = s.connects;
     j["frames_dropped"] = s.frames_dropped;
     j["snapshot_frame"] = s.snapshot_frame;

@@ -1,91 +1,47 @@
 #include "render/viewer/viewer.hpp"
 
-#include <fovea/fovea.h>
-
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
+#include <deque>
 #include <memory>
-#include <span>
-#include <vector>
-
-#include <ctime>
 
 #include "protocol/clock.hpp"
-#include "render/foveation/method.hpp"
-#include "render/gl/context.hpp"
-#include "render/scene/scene.hpp"
+#include "render/viewer/eyes.hpp"
+#include "render/viewer/gaze.hpp"
+#include "render/viewer/in_between.hpp"
 #include "render/viewer/pictures.hpp"
+#include "render/viewer/record.hpp"
 
 namespace fovea::viewer {
 namespace {
 
-constexpr std::size_t kEyes = 2;
 constexpr Duration kFirstGuess = std::chrono::milliseconds(40);   // of a frame's cost, before there is one
-constexpr std::size_t kKeptFrames = 4096;                         // for the medians of the summary
-
-struct Disconnect {
-    void operator()(fovea_client* c) const noexcept { fovea_disconnect(c); }
-};
-using Client = std::unique_ptr<fovea_client, Disconnect>;
-
-std::unexpected<Failure> failed(const Error& error, ExitCode code = kFailed) { return std::unexpected(Failure{error, code}); }
-
-std::expected<Client, Failure> connect(const Options& o) {
-    fovea_connect_info info{};
-    FOVEA_INIT(&info);
-    info.flags = o.wait ? FOVEA_CONNECT_WAIT : 0;
-    info.socket_path = o.socket.empty() ? nullptr : o.socket.c_str();
-    info.client_name = "fovea-view";
-    fovea_client* client = nullptr;
-    const fovea_result result = fovea_connect(&info, &client);
-    if (result == FOVEA_OK) return Client(client);
-    const bool absent = result == FOVEA_ERROR_NO_DAEMON;
-    return failed({fovea_last_error(nullptr), {}, absent ? "--socket names another one; --wait starts without it" : ""},
-                  absent ? kNoDaemon : kFailed);
-}
-
-// Sleeps in short steps, so that an interrupt is heard.
-void sleep_until(Instant until, const TimeSource& time, const std::atomic<bool>& stop) {
-    for (Instant now = time.now(); now < until && !stop.load(std::memory_order_relaxed); now = time.now()) {
-        const auto ns = std::min((until - now).count(), std::int64_t{20'000'000});
-        const timespec pause{0, static_cast<long>(ns)};
-        nanosleep(&pause, nullptr);
-    }
-}
-
-double milliseconds(Duration d) noexcept { return to_seconds(d) * 1e3; }
-
-double median(std::vector<double> v) {
-    if (v.empty()) return 0;
-    const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
-    std::nth_element(v.begin(), middle, v.end());
-    return *middle;
-}
-
-// Ring of the last frames' values, bounded however long the viewer runs.
-struct Kept {
-    std::vector<double> values;
-    std::size_t next = 0;
-    void add(double v) {
-        if (values.size() < kKeptFrames) values.push_back(v);
-        else values[next++ % kKeptFrames] = v;
-    }
-};
+constexpr Duration kPatience = std::chrono::milliseconds(20);     // at most so long is an interrupt not heard
+constexpr std::size_t kMostAwaited = 64;                          // frames whose photon is not known yet
 
 class Viewer {
 public:
-    Viewer(const Options& options, const std::atomic<bool>& stop, Client client) : o_(options), stop_(stop), client_(std::move(client)) {}
+    Viewer(const Options& options, const std::atomic<bool>& stop, const TimeSource& time, std::unique_ptr<present::Presenter> presenter, Gaze gaze, Eyes eyes)
+        : o_(options), stop_(stop), time_(time), presenter_(std::move(presenter)), gaze_(std::move(gaze)), eyes_(std::move(eyes)),
+          in_between_(options.extrapolate, options.extrapolation_preset) {}
 
     std::expected<Summary, Failure> run() {
-        if (auto r = prepare(); !r) return std::unexpected(r.error());
         begin_ = time_.now();
-        auto clock = present::SimulatedScanout::create(o_.scanout, begin_);
-        if (!clock) return failed(clock.error(), kUsage);
         while (!finished()) {
-            sleep_until(clock->begin_no_sooner(frame_cost_.median()), time_, stop_);
-            if (stop_.load(std::memory_order_relaxed)) break;
-            if (!frame(*clock)) return failed({"the GPU did not finish a frame in 10 seconds", context_->info().renderer, "use a smaller --size"});
+            const auto begin = presenter_->begin_frame(frame_cost_.median(), kPatience);
+            if (!begin) return failed(begin.error());
+            if (auto r = look_back(); !r) return failed(r.error());
+            if (!*begin) continue;
+            Frame frame;
+            if (!render(frame)) return failed({"the GPU did not finish a frame in 10 seconds", presenter_->context().info().renderer, "use a smaller --size"});
+            const Instant photon = presenter_->photon_of(frame.gpu_done);
+            if (auto r = show(frame, frame.gpu_done); !r) return failed(r.error());
+            if (auto r = look_back(); !r) return failed(r.error());
+            if (in_between_.enabled()) {
+                if (auto r = fill_in(frame, photon); !r) return failed(r.error());
+                if (auto r = look_back(); !r) return failed(r.error());
+            }
+            if (snapshot_due()) take_snapshot();
             progress(false);
         }
         progress(true);
@@ -93,153 +49,136 @@ public:
     }
 
 private:
-    std::expected<void, Failure> prepare() {
-        auto context = gl::Context::create();
-        if (!context) return failed(context.error());
-        context_.emplace(*std::move(context));
-        auto scene = scene::Scene::create({.name = o_.scene});
-        if (!scene) return failed(scene.error(), kUsage);
-        scene_.emplace(*std::move(scene));
-        auto method = foveation::create_method(o_.method, {});
-        if (!method) return failed(method.error(), kUsage);
-        method_ = *std::move(method);
-        for (std::size_t i = 0; i < kEyes; ++i) {
-            auto target = gl::RenderTarget::create({.width_px = o_.width_px, .height_px = o_.height_px});
-            if (!target) return failed(target.error());
-            owned_[i] = *std::move(target);
-            targets_[i] = {owned_[i].framebuffer(), 0, 0, o_.width_px, o_.height_px};
-            FOVEA_INIT(&views_[i]);
-            views_[i].eye = i == 0 ? FOVEA_EYE_LEFT : FOVEA_EYE_RIGHT;
-            views_[i].tan_left = static_cast<float>(eyes_[i].fov.tan_left);
-            views_[i].tan_right = static_cast<float>(eyes_[i].fov.tan_right);
-            views_[i].tan_up = static_cast<float>(eyes_[i].fov.tan_up);
-            views_[i].tan_down = static_cast<float>(eyes_[i].fov.tan_down);
-            views_[i].head_from_view[0] = 1;
-            FOVEA_INIT(&focals_[i]);
-        }
-        FOVEA_INIT(&latch_);
-        if (auto r = method_->prepare(targets_); !r) return failed(r.error());
-        return warm_up();
-    }
-
-    // The driver compiles shaders at their first use: not in the first frame that counts. An off-centre fovea of each
-    // size uses every level.
-    std::expected<void, Failure> warm_up() {
-        scene_->record(0, eyes_, draws_);
-        for (const float gain : {3.0f, 12.0f}) {
-            for (auto& f : focus_) {
-                f.points[0] = {0.3f, 0.2f, gain, gain, 0};
-                f.count = 1;
-            }
-            method_->submit(draws_, targets_, focus_);
-            if (!gl::Fence::insert().wait(time_)) return failed({"the GPU did not finish the first frame in 10 seconds", context_->info().renderer, "use a smaller --size"});
-        }
-        return {};
-    }
-
     [[nodiscard]] bool finished() const noexcept {
         if (stop_.load(std::memory_order_relaxed)) return true;
-        if (o_.frames > 0) return summary_.frames >= static_cast<std::uint64_t>(o_.frames);
+        if (o_.frames > 0) return record_.frames() >= static_cast<std::uint64_t>(o_.frames);
         return o_.duration_s > 0 && to_seconds(time_.now() - begin_) >= o_.duration_s;
     }
 
-    bool frame(present::SimulatedScanout& clock) {
-        const Instant start = time_.now();
-        scene_->record(to_seconds(start - begin_), eyes_, draws_);
-
-        if (method_->late_fovea()) {   // the periphery does not need the newest gaze
-            latch(clock.predict(time_.now() + frame_cost_.median()).photon);
-            method_->submit_early(draws_, targets_, focus_);
+    // Draws both eyes, from recording to GPU done.
+    bool render(Frame& frame) {
+        frame.number = ++presented_;
+        frame.started = time_.now();
+        frame.scene_s = to_seconds(frame.started - begin_);
+        eyes_.record(frame.scene_s);
+        if (eyes_.late_fovea()) {   // the periphery does not need the newest gaze
+            eyes_.submit_early(gaze_.latch(presenter_->photon_of(time_.now() + frame_cost_.median())));
             if (!gl::Fence::insert().wait(time_)) return false;
         }
         // Everything is recorded: now, and not earlier, ask where the eye will be.
-        const Instant asked = clock.predict(time_.now() + latched_cost_.median()).photon;
-        latch(asked);
-        const foveation::FrameCost cost = method_->submit(draws_, targets_, focus_);
+        frame.asked = presenter_->photon_of(time_.now() + latched_cost_.median());
+        frame.latched = gaze_.latch(frame.asked);
+        frame.cost = eyes_.submit(frame.latched);
+        for (std::size_t i = 0; i < kEyes; ++i)
+            if (!frame.cost.fell_back) frame.regions[i] = eyes_.method().full_region(i);
         gl::Fence fence = gl::Fence::insert();
-        const Instant submitted = time_.now();
+        frame.submitted = time_.now();
         const auto done = fence.wait(time_);
         if (!done) return false;
-        const present::SimulatedScanout::Shown shown = clock.present(*done);
-
-        ++summary_.frames;
-        report(cost, submitted, *done, shown.photon);
-        const Instant latched = instant_from_ns(latch_.latched_ns);
-        frame_cost_.add(*done - start);
-        latched_cost_.add(*done - latched);
-        method_->observe(*done - start);
-        frame_ms_.add(milliseconds(*done - start));
-        submit_ms_.add(milliseconds(submitted - latched));
-        done_ms_.add(milliseconds(*done - latched));
-        error_ms_.add(std::abs(milliseconds(shown.photon - asked)));
-        shaded_sum_ += static_cast<double>(cost.pixels_shaded) / static_cast<double>(std::max<std::uint64_t>(cost.pixels_full, 1));
-        last_shaded_ = cost.pixels_full != 0 ? static_cast<double>(cost.pixels_shaded) / static_cast<double>(cost.pixels_full) : 1;
-        if (live()) ++summary_.live_frames;
-        if (snapshot_due()) take_snapshot();
+        frame.gpu_done = *done;
+        eyes_.observe(frame.gpu_done - frame.started);
+        frame_cost_.add(frame.gpu_done - frame.started);
+        latched_cost_.add(frame.gpu_done - frame.latched.when());
+        record_.rendered(frame);
         return true;
     }
 
-    void latch(Instant photon) {
-        const fovea_result result = fovea_latch(client_.get(), to_ns(photon), views_.data(), kEyes, focals_.data(), &latch_);
-        FOVEA_REQUIRE(result == FOVEA_OK);   // our own arguments: an error is a bug
-        for (std::size_t i = 0; i < kEyes; ++i) {
-            const fovea_focal& f = focals_[i];
-            focus_[i].points[0] = density::sized_focal_point(o_.fovea, f.x_ndc, f.y_ndc, f.radius95_rad, f.ndc_per_rad_x, f.ndc_per_rad_y);
-            focus_[i].count = method_->wants_gaze_status() && (f.flags & FOVEA_FOCAL_STATIC) != 0 ? 0 : 1;
+    // Where the planner calls for it: what would be seen half-way to the next frame, shown half-way to it by a display
+    // that can wait. One that cannot shows it now, and so it is made for now.
+    Result<void> fill_in(const Frame& frame, Instant frame_photon) {
+        const Frame before = std::exchange(rendered_, frame);
+        const Duration interval = frame.started - before.started;
+        effects::Needs needs;
+        needs.camera_px = before.number == 0 ? 0 : camera_motion_px(eyes_.camera(before.scene_s), eyes_.camera(frame.scene_s), Eyes::views()[0].fov, eyes_.width());
+        if (!in_between_.called_for(needs, frame_cost_.median(), presenter_->refresh_period())) {
+            in_between_.forget();
+            return {};
         }
+        Frame x = frame;
+        x.extrapolated = true;
+        x.submitted = time_.now();
+        x.cost.pixels_shaded = 0;
+        float factor = kBetweenFactor;
+        if (!presenter_->holds_back() && interval > Duration{0}) {
+            const double ahead = to_seconds(presenter_->photon_of(x.submitted + between_cost_.median()) - frame_photon) / to_seconds(interval);
+            factor = static_cast<float>(std::clamp(ahead, 0.05, static_cast<double>(kBetweenFactor)));
+        }
+        x.scene_s = frame.scene_s + static_cast<double>(factor) * (frame.scene_s - before.scene_s);
+        bool made = true;
+        for (std::size_t i = 0; i < kEyes; ++i) {
+            const auto followed = in_between_.follow(i, eyes_.target(i), frame.regions[i], factor);
+            if (!followed) return std::unexpected(followed.error());
+            made = made && *followed;
+        }
+        if (!made) return {};   // the first after a gap: nothing to go by yet
+        const auto done = gl::Fence::insert().wait(time_);
+        if (!done) return fail("the GPU did not finish an extrapolated frame in 10 seconds", in_between_.backend(), "use --extrapolate off");
+        x.number = ++presented_;
+        x.gpu_done = *done;
+        between_cost_.add(x.gpu_done - x.submitted);
+        record_.extrapolated(x);
+        extrapolated_ = x;
+        const Instant due = frame_photon + interval / 2 - presenter_->refresh_period();
+        return show(x, presenter_->holds_back() ? std::max(x.gpu_done, due) : x.gpu_done);
     }
 
-    void report(const foveation::FrameCost& cost, Instant submitted, Instant done, Instant photon) {
-        fovea_frame f{};
-        FOVEA_INIT(&f);
-        f.flags = FOVEA_FRAME_PHOTON_SIMULATED;
-        f.frame = summary_.frames;
-        f.submitted_ns = to_ns(submitted);
-        f.gpu_done_ns = to_ns(done);
-        f.photon_ns = to_ns(photon);
-        f.pixels_shaded = cost.pixels_shaded;
-        f.pixels_full = cost.pixels_full;
-        f.view_count = kEyes;
-        for (std::size_t i = 0; i < kEyes; ++i) {
-            f.views[i] = views_[i];
-            const foveation::Method::Region region = cost.fell_back ? foveation::Method::Region{} : method_->full_region(i);
-            f.foveas[i] = {static_cast<float>(region.x_ndc), static_cast<float>(region.y_ndc), static_cast<float>(region.half_width_ndc),
-                           static_cast<float>(region.half_height_ndc)};
-        }
-        f.latch = latch_;
-        static_cast<void>(fovea_submit_frame(client_.get(), &f));   // a full or absent queue is counted by the library
+    Result<void> show(const Frame& frame, Instant no_sooner) {
+        if (!frame.extrapolated) newest_ = frame;
+        if (awaited_.size() == kMostAwaited) awaited_.pop_front();
+        awaited_.push_back(frame);
+        return presenter_->present(frame.number, no_sooner);
     }
 
-    [[nodiscard]] bool live() const noexcept { return (latch_.flags & FOVEA_LATCH_LIVE) != 0 && (focals_[0].flags & FOVEA_FOCAL_STATIC) == 0; }
+    // Frames whose photon instant has become known are reported.
+    Result<void> look_back() {
+        for (;;) {
+            const auto known = presenter_->collect();
+            if (!known) return std::unexpected(known.error());
+            if (known->empty()) return {};
+            for (const present::Feedback& feedback : *known) {
+                const auto frame = std::ranges::find(awaited_, feedback.frame, &Frame::number);
+                if (frame == awaited_.end()) continue;
+                record_.shown(*frame, feedback);
+                if (feedback.shown) gaze_.report(*frame, feedback);
+                awaited_.erase(frame);
+            }
+        }
+    }
 
     [[nodiscard]] bool snapshot_due() const noexcept {
         if (o_.out.empty() || snapshot_.frame != 0) return false;
-        if (o_.snapshot_frame > 0) return summary_.frames == static_cast<std::uint64_t>(o_.snapshot_frame);
-        const double progress = o_.frames > 0 ? static_cast<double>(summary_.frames) / static_cast<double>(o_.frames)
+        if (o_.snapshot_frame > 0) return record_.frames() == static_cast<std::uint64_t>(o_.snapshot_frame);
+        const double progress = o_.frames > 0 ? static_cast<double>(record_.frames()) / static_cast<double>(o_.frames)
                                               : o_.duration_s > 0 ? to_seconds(time_.now() - begin_) / o_.duration_s : 0;
-        return progress > 0.5 && live() && focals_[0].event == FOVEA_EVENT_FIXATION;
+        return progress > 0.5 && newest_.latched.live() && newest_.latched.focals[0].event == FOVEA_EVENT_FIXATION;
     }
 
     // Reads the frame back; encoding waits for the end, so that it disturbs no other frame.
     void take_snapshot() {
-        snapshot_.frame = summary_.frames;
-        snapshot_.width_px = o_.width_px;
-        snapshot_.height_px = o_.height_px;
-        snapshot_.shaded = last_shaded_;
-        snapshot_.title = "METHOD: " + o_.method + "  FRAME " + std::to_string(summary_.frames) + (live() ? "" : "  (NO LIVE GAZE)");
-        std::ranges::transform(snapshot_.title, snapshot_.title.begin(), [](char c) { return c == '_' ? ' ' : static_cast<char>(std::toupper(static_cast<unsigned char>(c))); });
-        snapshot_.views.resize(kEyes);
+        snapshot_ = snapshot_of(newest_.number, eyes_.method_name(), newest_.latched.live(), newest_.shaded());
         for (std::size_t i = 0; i < kEyes; ++i) {
-            SnapshotView& v = snapshot_.views[i];
-            v.rgba.resize(static_cast<std::size_t>(o_.width_px) * static_cast<std::size_t>(o_.height_px) * 4);
-            gl::read_pixels(targets_[i].framebuffer, 0, 0, o_.width_px, o_.height_px, v.rgba);
-            if (const density::Plan* plan = method_->plan(i)) copy_levels(*plan, v);
-            const fovea_focal& f = focals_[i];
+            const fovea_focal& f = newest_.latched.focals[i];
+            SnapshotView v = read_view(eyes_.target(i), eyes_.method().plan(i));
             v.focal_x_ndc = f.x_ndc;
             v.focal_y_ndc = f.y_ndc;
             v.radius95_x_ndc = f.radius95_rad * f.ndc_per_rad_x;
             v.radius95_y_ndc = f.radius95_rad * f.ndc_per_rad_y;
+            snapshot_.views.push_back(std::move(v));
         }
+        snapshot_.width_px = eyes_.width();
+        snapshot_.height_px = eyes_.height();
+    }
+
+    // The last extrapolated frame beside what would have been rendered for the same moment, with the same focus.
+    Result<void> compare_with_truth(Summary& s) {
+        const SnapshotView made = read_view(in_between_.target(0), nullptr), held = read_view(eyes_.target(0), nullptr);
+        eyes_.record(extrapolated_.scene_s);
+        if (eyes_.late_fovea()) eyes_.submit_early(extrapolated_.latched);
+        static_cast<void>(eyes_.submit(extrapolated_.latched));
+        const SnapshotView truth = read_view(eyes_.target(0), nullptr);
+        s.extrapolated_psnr_db = psnr_db(made, truth);
+        s.held_psnr_db = psnr_db(held, truth);
+        return write_comparison(made, truth, eyes_.width(), eyes_.height(), o_.out);
     }
 
     void progress(bool last) {
@@ -249,54 +188,46 @@ private:
         last_progress_ = now;
         const double s = to_seconds(now - begin_);
         std::fprintf(stderr, "\rfovea-view: %5.1f s, %llu frames (%.1f/s), %.1f %% of the pixels shaded, gaze %s   %s", s,
-                     static_cast<unsigned long long>(summary_.frames), static_cast<double>(summary_.frames) / std::max(s, 1e-3),
-                     100 * last_shaded_, live() ? "live  " : "absent", last ? "\n" : "");
+                     static_cast<unsigned long long>(record_.frames()), static_cast<double>(record_.frames()) / std::max(s, 1e-3),
+                     100 * newest_.shaded(), newest_.latched.live() ? "live  " : "absent", last ? "\n" : "");
         std::fflush(stderr);
     }
 
     std::expected<Summary, Failure> finish() {
-        summary_.seconds = to_seconds(time_.now() - begin_);
-        summary_.interrupted = stop_.load(std::memory_order_relaxed);
-        summary_.renderer = context_->info().renderer;
-        summary_.frame_ms = median(frame_ms_.values);
-        summary_.latch_to_submit_ms = median(submit_ms_.values);
-        summary_.latch_to_done_ms = median(done_ms_.values);
-        summary_.photon_error_ms = median(error_ms_.values);
-        if (summary_.frames > 0) summary_.shaded = shaded_sum_ / static_cast<double>(summary_.frames);
-        fovea_status status{};
-        FOVEA_INIT(&status);
-        if (fovea_get_status(client_.get(), &status) == FOVEA_OK) {
-            summary_.connects = status.connects;
-            summary_.frames_dropped = status.frames_dropped;
-        }
-        if (!o_.out.empty() && summary_.frames > 0) {
+        Summary s = record_.summary();
+        s.seconds = to_seconds(time_.now() - begin_);
+        s.interrupted = stop_.load(std::memory_order_relaxed);
+        s.renderer = presenter_->context().info().renderer;
+        s.presenter = presenter_->name();
+        s.display = presenter_->description();
+        s.extrapolation_backend = in_between_.backend();
+        const fovea_status status = gaze_.status();
+        s.connects = status.connects;
+        s.frames_dropped = status.frames_dropped;
+        if (!o_.out.empty() && s.frames > 0) {
             if (snapshot_.frame == 0) take_snapshot();   // the last frame is still in the targets
-            summary_.snapshot_frame = snapshot_.frame;
+            s.snapshot_frame = snapshot_.frame;
             if (auto r = write_pictures(snapshot_, o_.out); !r) return failed(r.error());
+            if (extrapolated_.number > rendered_.number)   // it continues the frame that is still in the targets
+                if (auto r = compare_with_truth(s); !r) return failed(r.error());
         }
-        return summary_;
+        return s;
     }
 
     const Options& o_;
     const std::atomic<bool>& stop_;
-    SystemTime time_;
-    Client client_;
-    std::optional<gl::Context> context_;
-    std::optional<scene::Scene> scene_;
-    std::array<scene::SceneView, kEyes> eyes_ = scene::stereo_views();
-    std::array<gl::RenderTarget, kEyes> owned_;
-    std::array<foveation::ViewTarget, kEyes> targets_;
-    std::array<foveation::ViewFocus, kEyes> focus_;
-    std::unique_ptr<foveation::Method> method_;
-    gl::CommandList draws_;
-    std::array<fovea_view, kEyes> views_{};
-    std::array<fovea_focal, kEyes> focals_{};
-    fovea_latch_info latch_{};
-    present::RecentCost frame_cost_{kFirstGuess}, latched_cost_{kFirstGuess};
-    Instant begin_{}, last_progress_{};
-    Summary summary_;
-    Kept frame_ms_, submit_ms_, done_ms_, error_ms_;
-    double shaded_sum_ = 0, last_shaded_ = 1;
+    const TimeSource& time_;
+    std::unique_ptr<present::Presenter> presenter_;   // owns the context: goes last
+    Gaze gaze_;
+    Eyes eyes_;
+    InBetween in_between_;
+    present::RecentCost frame_cost_{kFirstGuess}, latched_cost_{kFirstGuess}, between_cost_{kFirstGuess};
+    Record record_;
+    std::deque<Frame> awaited_;   // shown, their photon not known yet
+    std::uint64_t presented_ = 0;
+    Frame newest_;
+    Frame rendered_, extrapolated_;   // the last of each kind; numbered 0 where extrapolation is off
+    Instant begin_, last_progress_;
     Snapshot snapshot_;
 };
 
@@ -305,9 +236,15 @@ private:
 std::expected<Summary, Failure> run(const Options& options, const std::atomic<bool>& stop) {
     // Cheap checks first: a wrong name should not need a daemon to be told.
     if (auto clock = present::SimulatedScanout::create(options.scanout, {}); !clock) return failed(clock.error(), kUsage);
-    auto client = connect(options);
-    if (!client) return std::unexpected(client.error());
-    return Viewer(options, stop, *std::move(client)).run();
+    if (auto known = present::check_presenter(options.present); !known) return failed(known.error(), kUsage);
+    static const SystemTime time;
+    auto gaze = Gaze::connect(options, Eyes::views());
+    if (!gaze) return std::unexpected(gaze.error());
+    auto presenter = present::create_presenter(options.present, {.scanout = options.scanout, .width_px = 2 * options.width_px, .height_px = options.height_px}, time);
+    if (!presenter) return failed(presenter.error());
+    auto eyes = Eyes::create(options, time);
+    if (!eyes) return std::unexpected(eyes.error());
+    return Viewer(options, stop, time, *std::move(presenter), *std::move(gaze), *std::move(eyes)).run();
 }
 
 }  // namespace fovea::viewer

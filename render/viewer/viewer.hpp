@@ -1,4 +1,4 @@
-// The headless stereo viewer: a VR app that follows libfovea's rules, frame by frame.
+// The stereo viewer: a VR app that follows libfovea's rules, frame by frame, in a window or without one.
 //
 //   prepare, record draws | predict photon | latch | plan, patch, submit, flush | fence: GPU done | present | report
 //                                           ^ as late as possible
@@ -22,11 +22,20 @@ struct Summary {
     double seconds = 0;
     double frame_ms = 0;               // median of record to GPU done
     double latch_to_submit_ms = 0, latch_to_done_ms = 0;   // medians
+    double latch_to_photon_ms = 0;     // median
     double photon_error_ms = 0;        // median of |photon - what the latch asked for|
+    std::uint64_t photons_measured = 0, photons_estimated = 0;   // of the frames whose photon became known; the rest: simulated
+    std::uint64_t never_shown = 0;     // a newer frame took their place
     double shaded = 1;                 // pixels shaded against full, mean
+    std::uint64_t extrapolated = 0;    // shown after rendered ones; not among `frames`
+    double extrapolation_ms = 0;       // median, both eyes
+    double latch_to_photon_extrapolated_ms = 0;   // median; the latch is that of the frame before
+    std::string extrapolation_backend; // who does it and why; empty: nothing was extrapolated
+    double extrapolated_psnr_db = 0, held_psnr_db = 0;   // the pictured one, and the frame before it, against the frame really rendered
     std::uint64_t connects = 0, frames_dropped = 0;
     std::uint64_t snapshot_frame = 0;  // 0: no picture
     std::string renderer;
+    std::string presenter, display;    // the presenter's name and description
     bool interrupted = false;
 };
 
@@ -34,6 +43,8 @@ struct Failure {
     Error error;
     ExitCode code = kFailed;
 };
+
+[[nodiscard]] inline std::unexpected<Failure> failed(const Error& error, ExitCode code = kFailed) { return std::unexpected(Failure{error, code}); }
 
 [[nodiscard]] std::expected<Summary, Failure> run(const Options& options, const std::atomic<bool>& stop);
 

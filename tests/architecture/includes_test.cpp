@@ -28,22 +28,26 @@ const std::map<std::string, std::vector<std::string>> kArrows = {
     {"render/density", {"protocol"}},
     {"render/gl", {"protocol"}},
     {"render/foveation", {"protocol", "render/density", "render/gl"}},
+    {"render/quality", {"protocol", "render/density", "render/gl", "render/foveation"}},
     {"render/extrapolation", {"protocol", "render/gl"}},
     {"render/scene", {"protocol", "render/density", "render/gl"}},
+    {"render/effects", {"protocol", "render/density", "render/gl", "render/foveation", "render/scene"}},
     {"render/present", {"protocol", "render/gl"}},
     {"render/layer", {"protocol", "render/density", "render/gl", "render/foveation", "render/extrapolation"}},
     // Wiring.
     {"render/viewer", {"protocol", "protocol/include", "render/density", "render/gl", "render/foveation",
-                       "render/extrapolation", "render/scene", "render/present"}},
-    {"daemon/main.cpp", {"protocol", "drivers", "replay", "daemon/pipeline", "daemon/service"}},
+                       "render/quality", "render/extrapolation", "render/scene", "render/effects", "render/present"}},
+    {"daemon/main.cpp", {"protocol", "drivers", "replay", "daemon/pipeline", "daemon/service", "daemon/recording.hpp"}},
+    {"daemon/recording.hpp", {"protocol", "drivers", "replay", "daemon/service"}},
+    {"daemon/recording.cpp", {"protocol", "drivers", "replay", "daemon/service", "daemon/recording.hpp"}},
     {"tools", {"protocol", "protocol/include", "drivers", "replay", "daemon/pipeline", "daemon/service",
                "render/density", "render/gl", "render/foveation", "render/extrapolation", "render/scene",
-               "render/present", "render/viewer"}},
+               "render/quality", "render/effects", "render/present", "render/viewer"}},
 };
 
 // Third-party headers that each room keeps inside its .cpp files. Only the wiring may show them in a header.
 const char* const kHiddenHeaders[] = {"hidapi", "libusb", "opencv", "sqlite3", "boost/", "toml++", "spdlog",
-                                      "CLI/",   "nlohmann", "linux/videodev"};
+                                      "CLI/",   "nlohmann", "linux/videodev", "tiny_gltf", "ft2build", "jpeglib"};
 const char* const kWiring[] = {"tools", "render/viewer", "daemon/main.cpp"};
 
 std::string room_of(const std::string& path) {

@@ -82,6 +82,12 @@ std::vector<std::string> TemporaryFolder::names() const {
     return names;
 }
 
+std::string copy_for_others(const std::string& program, const TemporaryFolder& folder) {
+    const std::string copy = folder / std::filesystem::path(program).filename().c_str();
+    std::filesystem::copy_file(program, copy, std::filesystem::copy_options::skip_existing);
+    return copy;
+}
+
 Finished run_program(const std::vector<std::string>& arguments, unsigned uid) {
     const TemporaryFolder folder;
     const pid_t pid = spawn(arguments, folder / "out", folder / "error", uid);
@@ -105,7 +111,8 @@ DaemonProcess::DaemonProcess(const TemporaryFolder& folder, const DaemonOptions&
     // Opening it by name asks for the right to write, which is the pipe's owner's.
     if (options.uid != 0 && ::fchown(inherited.get(), options.uid, options.uid) != 0) std::abort();
 
-    std::vector<std::string> arguments = {FOVEA_BIN_DIR "/fovead", "--run-dir", folder_, "--ready-file",
+    const std::string program = FOVEA_BIN_DIR "/fovead";
+    std::vector<std::string> arguments = {options.uid != 0 ? copy_for_others(program, folder) : program, "--run-dir", folder_, "--ready-file",
                                           "/dev/fd/" + std::to_string(inherited.get())};
     if (!options.config.empty()) {
         std::ofstream(folder / "fovead.toml") << options.config;

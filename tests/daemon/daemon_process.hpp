@@ -34,6 +34,9 @@ private:
     std::filesystem::path path_;
 };
 
+// A copy of a program that any user may start: the build folder may be closed to others, as under /root.
+std::string copy_for_others(const std::string& program, const TemporaryFolder& folder);
+
 struct Finished {
     int code = -1;           // exit code; -signal when a signal ended it
     std::string out, error;  // what it wrote

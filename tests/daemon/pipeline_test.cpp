@@ -71,6 +71,25 @@ TEST(Pipeline, GivesTheSameBitsOnEveryRunAndAfterReset) {
     }
 }
 
+TEST(Pipeline, LearnsTheSameWhetherSettleIsCalledOrNot) {
+    Pipeline a = make("saccade_aware", "auto"), b = make("saccade_aware", "auto");
+    OneSaccade ea, eb;
+    float changed = 0, before = 0;
+    for (int i = 0; i < 2000; ++i) {
+        const bool valid = i < 1400 || i > 1450;   // a blink, too
+        const EyeMotion& x = a.update(sample_at(i * kMs, ea.gaze(i * 1e-3), valid)).eyes[0];
+        const EyeMotion& y = b.update(sample_at(i * kMs, eb.gaze(i * 1e-3), valid)).eyes[0];
+        for (std::size_t h = 0; h < x.horizons.size(); ++h) {
+            ASSERT_EQ(x.horizons[h].du_rad, y.horizons[h].du_rad) << i;
+            ASSERT_EQ(x.horizons[h].radius68_rad, y.horizons[h].radius68_rad) << i;
+        }
+        changed += std::fabs(x.horizons[5].radius68_rad - before);
+        before = x.horizons[5].radius68_rad;
+        if (i % 3 != 0) a.settle();
+    }
+    EXPECT_GT(changed, 0.0f);
+}
+
 TEST(Pipeline, DoesNotDependOnWhenTheRecordingWasMade) {
     Pipeline a = make("one_euro", "damped_velocity"), b = make("one_euro", "damped_velocity");
     OneSaccade ea, eb;

@@ -393,6 +393,7 @@ case_latency() {
     grep '^published' /run/lab/latency.txt >/run/lab/published.latency
     echo "MEASURED hid to published focus (fovead, recording) p50 $(middle /run/lab/published.latency p50) us, bare read loop right after $(middle /run/lab/floor_again.latency p50) us: $(ratio "$(middle /run/lab/published.latency p50)" "$(middle /run/lab/floor_again.latency p50)") times; p99 $(middle /run/lab/published.latency p99) us"
     echo "MEASURED hid exposure by clock sync: $(grep exposed_off /run/lab/latency.txt) (microseconds from the truth, after 500 samples)"
+    ${lab}probe stages | sed 's/^/MEASURED stage: /'
     step "latency: usb"
     ${lab}usb_headset --rate 120 --stamps monotonic --recording $recording >/run/lab/headset.log &
     local headset=$!

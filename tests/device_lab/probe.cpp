@@ -2,6 +2,7 @@
 //   probe watch DRIVER [--set k=v ...]   a device from the table, reopened when lost; counts, leaks, latencies
 //   probe floor-hid NODE --count N       the bare read loop on the same kind of device
 //   probe floor-usb --count N            a bare bulk or interrupt read loop on the headset's gaze endpoint
+//   probe stages                         from the report's bytes to the published model: microseconds of each stage
 //   probe session TRUTH SESSION          the same for the published models (filter none); and the latency to publishing
 //   probe nearest TRUTH RECORDING        for cameras: each valid sample is one of the pictures shown, and they come in turn
 //   probe compare TRUTH RECORDING        every sample of the recording against what the device sent
@@ -20,12 +21,18 @@
 
 #include <libusb-1.0/libusb.h>
 
+#include "daemon/pipeline/pipeline.hpp"
 #include "drivers/device.hpp"
+#include "drivers/exposure_clock.hpp"
+#include "drivers/hid/eye_tracker.hpp"
 #include "drivers/usb/psvr2_packet.hpp"
+#include "protocol/focus_region.hpp"
+#include "protocol/samples_region.hpp"
 #include "protocol/sphere.hpp"
 #include "replay/recording.hpp"
 #include "replay/session_file.hpp"
 #include "tests/device_lab/feed.hpp"
+#include "tests/drivers/hid/descriptor_shapes.hpp"
 
 using namespace fovea;
 using namespace fovea::lab;
@@ -179,6 +186,56 @@ int floor_usb(int argc, char** argv) {
     return 0;
 }
 
+// What the daemon does with a report, stage by stage, as cold as it is there: once every 4 ms.
+int stages(int argc, char** argv) {
+    const Arguments args(argc, argv, {"--count"});
+    const tests::Shape& shape = tests::shape("classic");
+    const auto descriptor = drivers::hid::parse_report_descriptor(shape.descriptor).value();
+    auto tracker = drivers::hid::EyeTracker::create(shape.descriptor, {}, {tests::kScreenWidth, tests::kScreenHeight, 0.6}).value();
+    auto pipe = pipeline::Pipeline::create({}).value();
+    auto focus = FocusPublisher::create({}, MonotonicClock::now()).value();
+    auto ring = SamplesPublisher::create({}, focus.epoch()).value();
+    drivers::ExposureClock clock;
+    const Feed feed("tests/data/recordings/eyelink_lookatpoint_s1.csv", 250);
+    std::vector<std::vector<double>> us(6);
+    const long count = args.number("--count", 1000);
+    GazeSample sample;
+    for (long i = 0; i < count; ++i) {
+        ::usleep(4000);
+        const FeedSample f = feed.at(static_cast<std::uint64_t>(i));
+        tests::Truth t;
+        t.left[0] = 0.22, t.right[0] = 0.28, t.left[1] = t.right[1] = 0.15, t.left[2] = t.right[2] = 0.6;
+        t.eyes_seen = f.valid;
+        t.gaze_x = 0.25 + 0.6 * f.dir.x / -f.dir.z, t.gaze_y = 0.15 - 0.6 * f.dir.y / -f.dir.z;
+        t.time_s = static_cast<double>(to_ns(MonotonicClock::now())) * 1e-9;
+        const auto report = tests::encode_tracking(descriptor, t);
+        std::int64_t at[7];
+        const auto now = [&](int k) { at[k] = to_ns(MonotonicClock::now()); };
+        bool has_time = false;
+        now(0);
+        const Instant received = MonotonicClock::now();
+        if (tracker.decode(report, sample, has_time) != drivers::hid::Decoded::sample) die("stages: not decoded");
+        sample.id = static_cast<std::uint64_t>(i) + 1;
+        sample.received = received;
+        now(1);
+        clock.stamp(sample, has_time);
+        now(2);
+        MotionModel model = pipe.update(sample);
+        now(3);
+        model.published = MonotonicClock::now();
+        now(4);
+        focus.publish(model);
+        now(5);
+        ring.publish_sample(sample, model);
+        now(6);
+        pipe.settle();
+        for (int k = 0; k < 6; ++k) us[static_cast<std::size_t>(k)].push_back(static_cast<double>(at[k + 1] - at[k]) * 1e-3);
+    }
+    const char* names[] = {"decode", "clock", "pipeline", "stamp", "focus", "ring"};
+    for (std::size_t k = 0; k < 6; ++k) print_latencies(names[k], us[k]);
+    return 0;
+}
+
 // A sample belongs to the truth with the nearest device time; the two must agree to --tolerance-us and --tolerance-mdeg.
 int compare(const std::string& truth_file, const std::string& recording_file, int argc, char** argv) {
     const Arguments args(argc, argv, {"--tolerance-us", "--tolerance-mdeg", "--least"});
@@ -304,6 +361,7 @@ int main(int argc, char** argv) {
     if (command == "watch" && argc > 2) return watch(argv[2], argc - 2, argv + 2);
     if (command == "floor-hid" && argc > 2) return floor_hid(argv[2], argc - 2, argv + 2);
     if (command == "floor-usb") return floor_usb(argc - 1, argv + 1);
+    if (command == "stages") return stages(argc - 1, argv + 1);
     if (command == "compare" && argc > 3) return compare(argv[2], argv[3], argc - 3, argv + 3);
     if (command == "nearest" && argc > 3) return nearest(argv[2], argv[3], argc - 3, argv + 3);
     if (command == "session" && argc > 3) return session(argv[2], argv[3], argc - 3, argv + 3);

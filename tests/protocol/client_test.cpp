@@ -398,10 +398,11 @@ TEST(Frames, ReachTheDaemonAsTheyWereSubmitted) {
     TinyDaemon daemon(dir.path());
     const Connected c(dir.path());
     daemon.focus.publish(looking(at(0.1), 5));
-    const fovea_frame f = frame_of(c.latch(8ms));
+    fovea_frame f = frame_of(c.latch(8ms));
     ASSERT_EQ(fovea_submit_frame(c.client, &f), FOVEA_OK) << fovea_last_error(c.client);
     const auto got = daemon.frames.next(MonotonicClock::now());
     ASSERT_TRUE(got);
+    EXPECT_EQ(got->kind, FrameKind::rendered);
     EXPECT_EQ(got->model_sequence, 5u);
     EXPECT_EQ(got->sample_id, 105u);
     EXPECT_EQ(to_ns(got->latched), f.latch.latched_ns);
@@ -412,6 +413,13 @@ TEST(Frames, ReachTheDaemonAsTheyWereSubmitted) {
     EXPECT_EQ(got->views[0].eye, Eye::right);
     EXPECT_EQ(got->views[0].center_ndc, (NdcPoint{0.25, -0.5}));
     EXPECT_EQ(c.status().frames_submitted, 1u);
+    f.flags = FOVEA_FRAME_EXTRAPOLATED;
+    f.frame = 2;
+    ASSERT_EQ(fovea_submit_frame(c.client, &f), FOVEA_OK) << fovea_last_error(c.client);
+    const auto extrapolated = daemon.frames.next(MonotonicClock::now());
+    ASSERT_TRUE(extrapolated);
+    EXPECT_EQ(extrapolated->kind, FrameKind::extrapolated);
+    EXPECT_FALSE(extrapolated->photon_simulated);
 }
 
 TEST(Frames, ThatCannotBeAreRefusedAndThoseWithoutADaemonCounted) {

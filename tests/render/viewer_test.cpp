@@ -146,6 +146,9 @@ TEST_F(Viewer, WrongArgumentsExit2AndNameTheLegalOnes) {
     EXPECT_EQ(r.exit_code, 2);
     EXPECT_NE(r.err.find("scaled_bins"), std::string::npos) << r.err;
     EXPECT_EQ(run(std::string(kQuick) + "--scanout-ms 50").exit_code, 2);
+    const Outcome display = run(std::string(kQuick) + "--present hologram");
+    EXPECT_EQ(display.exit_code, 2);
+    EXPECT_NE(display.err.find("surfaceless"), std::string::npos) << display.err;
 }
 
 TEST_F(Viewer, LeavesBothPicturesAndASummary) {

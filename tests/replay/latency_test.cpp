@@ -104,6 +104,26 @@ TEST(AnalyseLatency, CountsAGazeBehindTheViewAsAMiss) {
     EXPECT_NEAR(report.outside_deg.max, 170, 1e-6);
 }
 
+TEST(AnalyseLatency, ReportsRenderedAndExtrapolatedFramesApart) {
+    // The eye jumps 20 degrees at 110 ms: the rendered frame at 100 ms saw it right, the one made from it at 120 ms could not.
+    auto extrapolated = frame(2, 120);
+    extrapolated.kind = FrameKind::extrapolated;
+    extrapolated.exposed = frame(1, 100).exposed;
+    const std::vector samples{sample(60, 0), sample(109, 0), sample(111, 20), sample(130, 20)};
+    const auto report = analyse_latency(std::vector{frame(1, 100), extrapolated}, samples);
+    EXPECT_EQ(report.judged, 2u);
+    EXPECT_EQ(report.missed, 1u);
+    const auto &r = report.of(FrameKind::rendered), &x = report.of(FrameKind::extrapolated);
+    EXPECT_EQ(r.frames, 1u);
+    EXPECT_EQ(r.judged, 1u);
+    EXPECT_EQ(r.missed, 0u);
+    EXPECT_NEAR(r.motion_to_photon_ms.p50, 22.3, 1e-9);
+    EXPECT_EQ(x.frames, 1u);
+    EXPECT_EQ(x.missed, 1u);
+    EXPECT_NEAR(x.motion_to_photon_ms.p50, 42.3, 1e-9);
+    EXPECT_NEAR(x.error_deg.p50, 20, 1e-6);
+}
+
 TEST(AnalyseLatency, LeavesFramesWithoutAModelOutOfTheStages) {
     auto f = frame(1, 100);
     f.model_sequence = 0;

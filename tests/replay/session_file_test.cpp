@@ -61,6 +61,7 @@ SessionFrame odd_frame(std::uint64_t n, std::uint32_t views) {
         *i = instant_from_ns(ns += 1'000'003);
     t.photon_simulated = n % 2 == 0;
     t.exposed_estimated = n % 3 == 0;
+    t.kind = n % 5 == 0 ? FrameKind::extrapolated : FrameKind::rendered;
     t.pixels_shaded = 1'000 + n;
     t.pixels_full = std::uint64_t{1} << 40;
     t.view_count = views;
@@ -126,6 +127,7 @@ void expect_same(const SessionFrame& a, const SessionFrame& b) {
     EXPECT_EQ(x.predicted_photon, y.predicted_photon);
     EXPECT_EQ(x.exposed_estimated, y.exposed_estimated);
     EXPECT_EQ(x.photon_simulated, y.photon_simulated);
+    EXPECT_EQ(x.kind, y.kind);
     EXPECT_EQ(x.pixels_shaded, y.pixels_shaded);
     EXPECT_EQ(x.pixels_full, y.pixels_full);
     ASSERT_EQ(x.view_count, y.view_count);
@@ -402,11 +404,32 @@ TEST(SessionFile, AFullDiskIsAnErrorThatKeepsWhatIsThere) {
 TEST(SessionFile, ANewerSchemaSaysUpdate) {
     const TempDir dir;
     ASSERT_TRUE(write_session(dir / "a.fovea", odd_recording(10, 7)));
-    tamper(dir / "a.fovea", "PRAGMA user_version=2");
+    tamper(dir / "a.fovea", ("PRAGMA user_version=" + std::to_string(kSessionSchema + 1)).c_str());
     const auto opened = SessionReader::open(dir / "a.fovea");
     ASSERT_FALSE(opened);
-    EXPECT_THAT(opened.error().message(), HasSubstr("newer Fovea (schema 2; this one reads up to 1)"));
+    EXPECT_THAT(opened.error().message(), HasSubstr("newer Fovea (schema 3; this one reads up to 2)"));
     EXPECT_THAT(opened.error().way_out, HasSubstr("update Fovea"));
+}
+
+TEST(SessionFile, ASessionFromBeforeExtrapolationIsReadAsRenderedFrames) {
+    const TempDir dir;
+    {
+        auto writer = SessionWriter::create(dir / "a.fovea");
+        ASSERT_TRUE(writer);
+        writer->add_frame(odd_frame(5, 2));   // extrapolated, and its views must still be found
+        ASSERT_TRUE(writer->close());
+    }
+    tamper(dir / "a.fovea", "ALTER TABLE frames DROP COLUMN extrapolated; PRAGMA user_version=1");
+    const auto reader = SessionReader::open(dir / "a.fovea");
+    ASSERT_TRUE(reader) << reader.error().message();
+    SessionFrame expected = odd_frame(5, 2);
+    expected.timing.kind = FrameKind::rendered;
+    std::size_t n = 0;
+    ASSERT_TRUE(reader->frames([&](const SessionFrame& f) {
+        expect_same(f, expected);
+        return ++n < 10;
+    }));
+    EXPECT_EQ(n, 1u);
 }
 
 TEST(SessionFile, ATimeThatCannotBeIsAnErrorAndNotAnOverflow) {

@@ -21,7 +21,7 @@ class LatencyCommand : public test::CommandTest {
 protected:
     // 50 frames of 20 ms, all 30 ms from exposure to photon; the eye rests at 0 for the first 500 ms, at 20 degrees
     // after, and each frame puts a fovea of 5 degrees straight ahead.
-    void write_session(const std::string& path, int frames) {
+    void write_session(const std::string& path, int frames, bool every_other_extrapolated = false) {
         auto session = replay::SessionWriter::create(path).value();
         session.set_meta("device", "made <here> & now");
         for (int ms = 0; ms <= 1000; ++ms) {
@@ -39,6 +39,7 @@ protected:
             f.latched = f.submitted = f.published + 10ms;
             f.gpu_done = f.latched + 15ms;
             f.photon = f.predicted_photon = f.latched + 20ms;
+            if (every_other_extrapolated && i % 2 == 0) f.kind = FrameKind::extrapolated;
             f.pixels_shaded = 200;
             f.pixels_full = 1000;
             f.view_count = 1;
@@ -63,6 +64,20 @@ TEST_F(LatencyCommand, ReportsStagesAndMissesAsJson) {
     EXPECT_EQ(j["missed"], 26) << "photons at 500, 520 ... 1000 ms";
     EXPECT_NEAR(j["outside_deg"]["max"].get<double>(), 15, 1e-6);
     EXPECT_TRUE(j["photon_simulated"]);
+}
+
+TEST_F(LatencyCommand, TellsRenderedFromExtrapolatedFrames) {
+    write_session(file("s.fovea"), 50, true);
+    const auto r = fovea("latency " + file("s.fovea") + " --html " + file("r.html") + " --csv " + file("r.csv"));
+    ASSERT_EQ(r.exit_code, 0) << r.err;
+    EXPECT_THAT(r.out, testing::ContainsRegex("rendered +25 +30.000"));
+    EXPECT_THAT(r.out, testing::ContainsRegex("extrapolated +25 +30.000.* 13 of 25"));
+    EXPECT_THAT(bytes(file("r.html")), HasSubstr("<td>extrapolated</td><td>25</td>"));
+    EXPECT_THAT(bytes(file("r.csv")), HasSubstr(",extrapolated\n"));
+    const auto j = nlohmann::json::parse(fovea("latency " + file("s.fovea") + " --json").out);
+    EXPECT_EQ(j["kinds"]["rendered"]["missed"].get<int>() + j["kinds"]["extrapolated"]["missed"].get<int>(), 26);
+    write_session(file("plain.fovea"), 50);
+    EXPECT_THAT(fovea("latency " + file("plain.fovea")).out, testing::Not(HasSubstr("extrapolated")));
 }
 
 TEST_F(LatencyCommand, WritesAPageThatStandsAloneAndOneRowPerFrame) {

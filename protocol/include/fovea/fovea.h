@@ -119,7 +119,8 @@ typedef struct fovea_view_fovea {
 
 /* fovea_frame.flags */
 enum {
-    FOVEA_FRAME_PHOTON_SIMULATED = 1 /* photon_ns comes from a simulated scan-out clock, not from a display */
+    FOVEA_FRAME_PHOTON_SIMULATED = 1, /* photon_ns comes from a simulated scan-out clock, not from a display */
+    FOVEA_FRAME_EXTRAPOLATED = 2      /* made from earlier frames: `latch` is that of the frame it continues */
 };
 
 /* One frame's report. */

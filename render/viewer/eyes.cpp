@@ -1,0 +1,73 @@
+#include "render/viewer/eyes.hpp"
+
+namespace fovea::viewer {
+
+std::expected<Eyes, Failure> Eyes::create(const Options& o, const TimeSource& time) {
+    Eyes eyes(o.fovea);
+    auto scene = scene::Scene::create({.name = o.scene, .speed = o.speed});
+    if (!scene) return failed(scene.error(), kUsage);
+    eyes.scene_.emplace(*std::move(scene));
+    if (auto r = eyes.choose_method(o.method); !r) return failed(r.error(), kUsage);
+    if (auto r = eyes.resize(o.width_px, o.height_px); !r) return failed(r.error());
+    if (!eyes.warm_up(time)) return failed({"the GPU did not finish the first frame in 10 seconds", o.scene, "use a smaller --size"});
+    return eyes;
+}
+
+Result<void> Eyes::resize(int width_px, int height_px) {
+    if (width_px == width() && height_px == height()) return {};
+    std::array<gl::RenderTarget, kEyes> made;
+    for (auto& target : made) {
+        auto t = gl::RenderTarget::create({.width_px = width_px, .height_px = height_px});
+        if (!t) return std::unexpected(t.error());
+        target = *std::move(t);
+    }
+    owned_ = std::move(made);
+    for (std::size_t i = 0; i < kEyes; ++i) targets_[i] = {owned_[i].framebuffer(), 0, 0, width_px, height_px};
+    return method_->prepare(targets_);
+}
+
+Result<void> Eyes::choose_method(const std::string& name) {
+    if (name == method_name_) return {};
+    auto method = foveation::create_method(name, {});
+    if (!method) return std::unexpected(method.error());
+    if (width() > 0)
+        if (auto r = (*method)->prepare(targets_); !r) return r;
+    method_ = *std::move(method);
+    method_name_ = name;
+    return {};
+}
+
+void Eyes::focus_on(const Latched& latched) noexcept {
+    for (std::size_t i = 0; i < kEyes; ++i) {
+        const fovea_focal& f = latched.focals[i];
+        focus_[i].points[0] = density::sized_focal_point(fovea_, f.x_ndc, f.y_ndc, f.radius95_rad, f.ndc_per_rad_x, f.ndc_per_rad_y);
+        focus_[i].count = method_->wants_gaze_status() && (f.flags & FOVEA_FOCAL_STATIC) != 0 ? 0 : 1;
+    }
+}
+
+void Eyes::submit_early(const Latched& latched) noexcept {
+    focus_on(latched);
+    method_->submit_early(draws_, targets_, focus_);
+}
+
+foveation::FrameCost Eyes::submit(const Latched& latched) noexcept {
+    focus_on(latched);
+    return method_->submit(draws_, targets_, focus_);
+}
+
+// The driver compiles shaders at their first use: not in the first frame that counts. An off-centre fovea of each size
+// uses every level.
+bool Eyes::warm_up(const TimeSource& time) {
+    record(0);
+    for (const float gain : {3.0f, 12.0f}) {
+        for (auto& f : focus_) {
+            f.points[0] = {0.3f, 0.2f, gain, gain, 0};
+            f.count = 1;
+        }
+        method_->submit(draws_, targets_, focus_);
+        if (!gl::Fence::insert().wait(time)) return false;
+    }
+    return true;
+}
+
+}  // namespace fovea::viewer

@@ -1,0 +1,42 @@
+// What a run leaves in memory: the sums and medians of its frames.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "render/viewer/frame.hpp"
+#include "render/viewer/viewer.hpp"
+
+namespace fovea::viewer {
+
+// The last values, bounded however long the viewer runs.
+class Kept {
+public:
+    void add(double v) {
+        if (values_.size() < kMost) values_.push_back(v);
+        else values_[next_++ % kMost] = v;
+    }
+    [[nodiscard]] double median() const;   // 0 without any
+
+private:
+    static constexpr std::size_t kMost = 4096;
+    std::vector<double> values_;
+    std::size_t next_ = 0;
+};
+
+class Record {
+public:
+    void rendered(const Frame& frame);
+    void extrapolated(const Frame& frame);
+    void shown(const Frame& frame, const present::Feedback& feedback);   // also if it was never seen
+    [[nodiscard]] std::uint64_t frames() const noexcept { return summary_.frames; }
+    // Everything that frames tell; the rest is the caller's to fill in.
+    [[nodiscard]] Summary summary() const;
+
+private:
+    Summary summary_;
+    Kept frame_ms_, submit_ms_, done_ms_, error_ms_, photon_ms_, between_ms_, between_photon_ms_;
+    double shaded_sum_ = 0;
+};
+
+}  // namespace fovea::viewer
