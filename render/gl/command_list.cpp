@@ -18,6 +18,20 @@ std::uint64_t CommandList::triangles() const noexcept {
     return n;
 }
 
+namespace {
+
+void set_blending(bool on) noexcept {
+    if (on) {
+        glEnable(GL_BLEND);
+        glBlendFuncSeparate(GL_SRC_ALPHA, GL_ONE_MINUS_SRC_ALPHA, GL_ONE, GL_ONE_MINUS_SRC_ALPHA);
+    } else {
+        glDisable(GL_BLEND);
+    }
+    glDepthMask(on ? GL_FALSE : GL_TRUE);
+}
+
+}  // namespace
+
 std::size_t CommandList::submit(const Pass& pass) const noexcept {
     if (draws_.empty()) return 0;
     glEnable(GL_DEPTH_TEST);
@@ -30,6 +44,8 @@ std::size_t CommandList::submit(const Pass& pass) const noexcept {
     Name program = 0, vertex_array = 0;
     std::uint32_t object = 0xffffffffu;
     int culling = -1;
+    bool blending = false;
+    std::array<Name, 2> textures{};
     std::size_t issued = 0;
     for (const Draw& d : draws_) {
         const Box& bounds = d.bounds[pass.view];
@@ -56,6 +72,13 @@ std::size_t CommandList::submit(const Pass& pass) const noexcept {
             if (d.cull_back) glEnable(GL_CULL_FACE);
             else glDisable(GL_CULL_FACE);
         }
+        for (std::uint32_t i = 0; i < 2; ++i) {
+            if (d.textures[i] == 0 || d.textures[i] == textures[i]) continue;
+            textures[i] = d.textures[i];
+            glActiveTexture(GL_TEXTURE0 + kTextureUnit + i);
+            glBindTexture(GL_TEXTURE_2D, textures[i]);
+        }
+        if (d.blend != blending) set_blending(blending = d.blend);
         const auto* first = reinterpret_cast<const void*>(static_cast<std::uintptr_t>(d.first_index) * sizeof(std::uint32_t));
         if (d.instances == 1)
             glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(d.index_count), GL_UNSIGNED_INT, first);
@@ -63,6 +86,8 @@ std::size_t CommandList::submit(const Pass& pass) const noexcept {
             glDrawElementsInstanced(GL_TRIANGLES, static_cast<GLsizei>(d.index_count), GL_UNSIGNED_INT, first, static_cast<GLsizei>(d.instances));
         ++issued;
     }
+    if (blending) set_blending(false);
+    if (textures != std::array<Name, 2>{}) glActiveTexture(GL_TEXTURE0);
     return issued;
 }
 

@@ -3,6 +3,7 @@
 // The contract with shaders:
 //   uniform block `View`, binding 0   the app's own per-view data; the list binds the part of the view submitted
 //   uniform block `Object`, binding 1 the app's own per-draw data
+//   samplers, bindings 3 and 4        the draw's own textures, where it has any
 //   uniform vec4, location 0 of the vertex stage (`crop`), gl_Position.xy = p.xy * crop.xy + p.w * crop.zw
 //                                     chooses a part of the view; {1, 1, 0, 0} is the whole view, bit for bit
 // Viewport, scissor, stencil and the framebuffer belong to the method and are never touched here.
@@ -19,6 +20,7 @@
 namespace fovea::gl {
 
 inline constexpr std::size_t kListViews = 4;
+inline constexpr std::uint32_t kTextureUnit = 3;   // the methods use those before it
 
 // In NDC of a view.
 struct Box {
@@ -35,6 +37,8 @@ struct Draw {
     std::uint32_t object_offset = 0;   // of this draw's Object block, bytes
     std::uint32_t instances = 1;
     bool cull_back = true;
+    bool blend = false;                // over what is there, by alpha; writes no depth
+    std::array<Name, 2> textures{};    // 2D, at kTextureUnit and the next; 0: left as it is
     std::array<Box, kListViews> bounds;  // what the draw can touch in each view; empty: nothing there
 };
 

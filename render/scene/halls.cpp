@@ -29,6 +29,21 @@ Mesh box_mesh() {
     return m.take();
 }
 
+Mesh reading_room_mesh() {
+    MeshBuilder m;
+    hall(m);
+    m.end_chunk();
+    return m.take();
+}
+
+Mesh sky_mesh() {
+    MeshBuilder m;
+    m.material(kSky);
+    m.room({-60, -60, -60}, {60, 60, 60}, 4);
+    m.end_chunk();
+    return m.take();
+}
+
 Mesh hall_mesh() {
     MeshBuilder m;
     hall(m);

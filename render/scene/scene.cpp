@@ -13,33 +13,7 @@
 namespace fovea::scene {
 namespace {
 
-constexpr double kNear_m = 0.08, kFar_m = 130;
 constexpr double kTau = 6.283185307179586;
-
-struct Kind {
-    SceneEntry entry;
-    Mesh (*mesh)();
-    Pose (*camera)(double time_s);
-    float light_ring_m, light_height_m, light_reach_m;
-};
-
-Pose fly_over(double t) {
-    const double a = 0.35 + kTau * t / 90, r = 6.2;   // one round in 90 seconds
-    return {r * std::sin(a), 1.75 + 0.15 * std::sin(t * 0.4), r * std::cos(a), a + 0.16 * std::sin(t * 0.23), -0.46 + 0.05 * std::sin(t * 0.31)};
-}
-
-Pose stand_in_hall(double t) {
-    return {0.8 * std::sin(t * 0.3), 1.6, 0.8 * std::cos(t * 0.3), 0.5 + kTau * t / 60, -0.12 + 0.05 * std::sin(t * 0.5)};
-}
-
-constexpr std::array kKinds{
-    Kind{{"circuit", "a circuit board as a landscape, 55,000 triangles, heavy fragments"}, &circuit_mesh, &fly_over, 5.0f, 0.9f, 4.5f},
-    Kind{{"fragbox", "a marble hall of 108 triangles: only fragments cost"}, &box_mesh, &stand_in_hall, 2.4f, 2.2f, 8.0f},
-    Kind{{"frag", "the hall with columns and spheres, 9,000 triangles"}, &hall_mesh, &stand_in_hall, 2.4f, 2.2f, 8.0f},
-    Kind{{"vert", "a height field of 2 million triangles: only vertices cost"}, &dunes_mesh, &fly_over, 5.0f, 1.5f, 7.0f},
-};
-
-constexpr std::array kEntries{kKinds[0].entry, kKinds[1].entry, kKinds[2].entry, kKinds[3].entry};
 
 // std140 layout of the block `View`.
 struct ViewBlock {
@@ -54,8 +28,6 @@ constexpr std::array<std::array<float, 4>, kLights> kLightColors{{{7.0f, 2.4f, 0
 
 }  // namespace
 
-std::span<const SceneEntry> scenes() noexcept { return kEntries; }
-
 std::array<SceneView, 2> stereo_views(double eye_distance_m) noexcept {
     const FieldOfView left{-1.05, 0.95, 1.0, -1.0}, right{-0.95, 1.05, 1.0, -1.0};
     return {{{left, -eye_distance_m / 2}, {right, eye_distance_m / 2}}};
@@ -63,7 +35,8 @@ std::array<SceneView, 2> stereo_views(double eye_distance_m) noexcept {
 
 struct Scene::State {
     SceneSettings settings;
-    const Kind* kind = nullptr;
+    Source source;   // without its geometry, which is on the GPU
+    std::optional<ModelDraws> model;
     std::array<gl::Program, kFamilies> programs, counting;   // those that the mesh needs
     gl::VertexArray arrays;
     gl::Buffer vertices, indices, views;
@@ -79,16 +52,24 @@ Scene& Scene::operator=(Scene&&) noexcept = default;
 Scene::~Scene() = default;
 
 Result<Scene> Scene::create(const SceneSettings& settings) {
+    auto source = load_source(settings.name);
+    if (!source) return std::unexpected(source.error());
+    return create(settings, *std::move(source));
+}
+
+Result<Scene> Scene::create(const SceneSettings& settings, Source source) {
+    if (settings.extra_lights < 0 || settings.extra_lights > 58) return fail("extra lights outside 0 to 58", "scene");
     auto state = std::make_unique<State>();
     state->settings = settings;
-    std::string known;
-    for (const Kind& k : kKinds) {
-        if (settings.name == k.entry.name) state->kind = &k;
-        known += (known.empty() ? "" : ", ") + std::string(k.entry.name);
+    state->triangles = source.triangles();
+    Mesh mesh = std::move(source.mesh);
+    if (source.model) {
+        auto model = ModelDraws::create(*std::move(source.model), settings.count_fragments, settings.extra_lights);
+        if (!model) return std::unexpected(model.error());
+        state->model = *std::move(model);
     }
-    if (state->kind == nullptr) return fail("unknown scene '" + settings.name + "'", {}, "known scenes: " + known);
-    if (settings.extra_lights < 0 || settings.extra_lights > 58) return fail("extra lights outside 0 to 58", "scene");
-    Mesh mesh = state->kind->mesh();
+    source.model.reset();
+    state->source = std::move(source);
     for (const Chunk& c : mesh.chunks) {
         const auto f = static_cast<std::size_t>(c.family);
         for (const bool count : {false, true}) {
@@ -100,9 +81,8 @@ Result<Scene> Scene::create(const SceneSettings& settings) {
             program = *std::move(built);
         }
     }
-    state->triangles = mesh.triangles();
     state->chunks = std::move(mesh.chunks);
-    state->order.resize(state->chunks.size());
+    state->order.resize(state->chunks.size() + (state->model ? state->model->size() : 0));
     state->vertices = gl::create_vertex_buffer(std::as_bytes(std::span(mesh.vertices)));
     state->indices = gl::create_vertex_buffer(std::as_bytes(std::span(mesh.indices)));
     state->arrays = gl::create_vertex_array();
@@ -122,10 +102,11 @@ Result<Scene> Scene::create(const SceneSettings& settings) {
     return Scene(std::move(state));
 }
 
-std::string_view Scene::name() const noexcept { return state_->kind->entry.name; }
+std::string_view Scene::name() const noexcept { return state_->source.name; }
 std::size_t Scene::triangles() const noexcept { return state_->triangles; }
-std::size_t Scene::draw_count() const noexcept { return state_->chunks.size(); }
-Pose Scene::camera(double time_s) const noexcept { return state_->kind->camera(time_s * state_->settings.speed); }
+std::size_t Scene::draw_count() const noexcept { return state_->order.size(); }
+Pose Scene::camera(double time_s) const noexcept { return state_->source.pose(time_s * state_->settings.speed); }
+std::span<const ObjectMotion> Scene::motion() const noexcept { return state_->model ? state_->model->motion() : std::span<const ObjectMotion>{}; }
 
 void Scene::record(double time_s, std::span<const SceneView> views, gl::CommandList& list) const noexcept {
     FOVEA_REQUIRE(!views.empty() && views.size() <= gl::kListViews);
@@ -136,42 +117,58 @@ void Scene::record(double time_s, std::span<const SceneView> views, gl::CommandL
     ViewBlock block{};
     for (std::size_t i = 0; i < kLights; ++i) {
         const double a = kTau * static_cast<double>(i) / kLights + 0.21 * t * (i % 2 == 0 ? 1 : -0.7);
-        const double r = s.kind->light_ring_m * (0.55 + 0.45 * std::sin(1.7 * static_cast<double>(i)));
-        block.light_position[i] = {static_cast<float>(r * std::cos(a)), s.kind->light_height_m + 0.25f * static_cast<float>(std::sin(t + static_cast<double>(i))),
-                                   static_cast<float>(r * std::sin(a)), 1.0f / s.kind->light_reach_m};
+        const double r = s.source.light_ring_m * (0.55 + 0.45 * std::sin(1.7 * static_cast<double>(i)));
+        block.light_position[i] = {static_cast<float>(r * std::cos(a)), s.source.light_height_m + 0.25f * static_cast<float>(std::sin(t + static_cast<double>(i))),
+                                   static_cast<float>(r * std::sin(a)), 1.0f / s.source.light_reach_m};
         block.light_color[i] = kLightColors[i];
     }
     for (std::size_t v = 0; v < views.size(); ++v) {
-        clip[v] = multiply(projection(views[v].fov, kNear_m, kFar_m), view_from_world(pose, views[v].offset_m));
+        clip[v] = multiply(projection(views[v].fov, s.source.near_m, s.source.far_m), view_from_world(pose, views[v].offset_m));
         std::transform(clip[v].begin(), clip[v].end(), block.clip_from_world.begin(), [](double x) { return static_cast<float>(x); });
         block.eye = {static_cast<float>(pose.x_m + views[v].offset_m * std::cos(pose.yaw_rad)), static_cast<float>(pose.y_m),
                      static_cast<float>(pose.z_m - views[v].offset_m * std::sin(pose.yaw_rad)), static_cast<float>(t)};
         gl::update_buffer(s.views, v * s.view_stride, std::as_bytes(std::span(&block, 1)));
     }
-    list.begin({.color = {0.05f, 0.06f, 0.09f, 1}}, {.view = s.views.name(), .view_stride = s.view_stride, .view_size = sizeof(ViewBlock)});
-    // Front to back, so that the depth test saves hidden fragments; what encloses the camera comes last.
-    const auto distance = [&](const Chunk& c) {
+    ModelDraws* model = state_->model ? &*state_->model : nullptr;
+    if (model != nullptr) model->move_to(t);
+    list.begin({.color = {0.05f, 0.06f, 0.09f, 1}},
+               {.view = s.views.name(), .view_stride = s.view_stride, .view_size = sizeof(ViewBlock), .object = model != nullptr ? model->objects().name() : 0,
+                .object_size = model != nullptr ? static_cast<std::uint32_t>(sizeof(ObjectBlock)) : 0});
+    // Front to back, so that the depth test saves hidden fragments; what encloses the camera comes last, and after it what
+    // is seen through, back to front.
+    const auto distance = [&](const Aabb& bounds) {
         const std::array<double, 3> eye{pose.x_m, pose.y_m, pose.z_m};
         double sum = 0;
         for (std::size_t axis = 0; axis < 3; ++axis) {
-            const double low = c.bounds.low[axis], high = c.bounds.high[axis], centre = 0.5 * (low + high);
+            const double low = bounds.low[axis], high = bounds.high[axis], centre = 0.5 * (low + high);
             sum += (high - low > 50 ? 1e6 : 0) + (centre - eye[axis]) * (centre - eye[axis]);
         }
         return sum;
     };
-    for (std::size_t i = 0; i < s.chunks.size(); ++i) state_->order[i] = {distance(s.chunks[i]), static_cast<std::uint32_t>(i)};
+    const std::size_t chunks = s.chunks.size(), all = state_->order.size();
+    for (std::size_t i = 0; i < chunks; ++i) state_->order[i] = {distance(s.chunks[i].bounds), static_cast<std::uint32_t>(i)};
+    for (std::size_t i = chunks; i < all; ++i) {
+        const double d = distance(model->bounds(i - chunks));
+        state_->order[i] = {model->draw(i - chunks).blend ? 1e12 - d : d, static_cast<std::uint32_t>(i)};
+    }
     std::sort(state_->order.begin(), state_->order.end());
     for (const auto& [unused, index] : state_->order) {
-        const Chunk& c = s.chunks[index];
         gl::Draw d;
-        d.program = s.programs[static_cast<std::size_t>(c.family)].name();
-        d.counting_program = s.counting[static_cast<std::size_t>(c.family)].name();
-        d.vertex_array = s.arrays.name();
-        d.first_index = c.first_index;
-        d.index_count = c.index_count;
+        const bool procedural = index < chunks;
+        if (procedural) {
+            const Chunk& c = s.chunks[index];
+            d.program = s.programs[static_cast<std::size_t>(c.family)].name();
+            d.counting_program = s.counting[static_cast<std::size_t>(c.family)].name();
+            d.vertex_array = s.arrays.name();
+            d.first_index = c.first_index;
+            d.index_count = c.index_count;
+        } else {
+            d = model->draw(index - chunks);
+        }
+        const Aabb& bounds = procedural ? s.chunks[index].bounds : model->bounds(index - chunks);
         bool seen = false;
         for (std::size_t v = 0; v < views.size(); ++v) {
-            d.bounds[v] = project_bounds(clip[v], c.bounds);
+            d.bounds[v] = project_bounds(clip[v], bounds);
             seen = seen || !d.bounds[v].empty();
         }
         if (seen) list.add(d);

@@ -1,4 +1,4 @@
-// A procedural scene: what to draw, recorded as draws for any number of views.
+// A scene on the GPU: what to draw, recorded as draws for any number of views.
 //
 // Input: time in seconds (the camera and the lamps move with it) and the views. Output: a CommandList whose draws carry
 // their bounds in every view.
@@ -14,17 +14,13 @@
 #include "protocol/error.hpp"
 #include "render/gl/command_list.hpp"
 #include "render/scene/camera.hpp"
+#include "render/scene/model_draws.hpp"
+#include "render/scene/source.hpp"
 
 namespace fovea::scene {
 
-struct SceneEntry {
-    const char* name;
-    const char* summary;
-};
-[[nodiscard]] std::span<const SceneEntry> scenes() noexcept;
-
 struct SceneSettings {
-    std::string name = "circuit";
+    std::string name = "circuit";    // of a built-in, or the path of a .gltf or .glb file
     int extra_lights = 0;            // 0 to 58: a heavier fragment
     bool count_fragments = false;    // also builds the counting variants of the shaders
     double eye_distance_m = 0.064;   // between the two views
@@ -42,7 +38,8 @@ struct SceneView {
 
 class Scene {
 public:
-    [[nodiscard]] static Result<Scene> create(const SceneSettings& settings);
+    [[nodiscard]] static Result<Scene> create(const SceneSettings& settings);   // loads what `name` says
+    [[nodiscard]] static Result<Scene> create(const SceneSettings& settings, Source source);
     Scene(Scene&&) noexcept;
     Scene& operator=(Scene&&) noexcept;
     ~Scene();
@@ -51,6 +48,9 @@ public:
     [[nodiscard]] std::size_t triangles() const noexcept;
     [[nodiscard]] std::size_t draw_count() const noexcept;
     [[nodiscard]] Pose camera(double time_s) const noexcept;
+    // The objects that move on their own, each with its transform in this and in the previously recorded frame: known
+    // motion for a frame extrapolation. Of the last record(); empty where nothing does.
+    [[nodiscard]] std::span<const ObjectMotion> motion() const noexcept;
     // views: 1 to gl::kListViews.
     void record(double time_s, std::span<const SceneView> views, gl::CommandList& list) const noexcept;
 

@@ -33,6 +33,37 @@ void main() {
 }
 )";
 
+constexpr const char* kObjectBlock = R"(
+layout(std140, binding = 1) uniform Object {
+    mat4 world_from_object;
+    vec4 normal_columns[3];
+    vec4 base_color;
+    vec4 object_surface;   // metallic, roughness, alpha cutoff
+    vec4 emissive;
+};
+)";
+
+constexpr const char* kModelVertex = R"(
+precision highp float;
+layout(location = 0) uniform vec4 crop;
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec4 normal_in;
+layout(location = 2) in vec2 uv_in;
+out highp vec3 world;
+out highp vec3 normal;
+out highp vec2 uv;
+flat out highp uvec2 material;
+void main() {
+    vec4 w = world_from_object * vec4(position, 1.0);
+    world = w.xyz;
+    normal = mat3(normal_columns[0].xyz, normal_columns[1].xyz, normal_columns[2].xyz) * normal_in.xyz;
+    uv = uv_in;
+    material = uvec2(0u);
+    vec4 p = clip_from_world * w;
+    gl_Position = vec4(p.xy * crop.xy + p.w * crop.zw, p.zw);
+}
+)";
+
 constexpr const char* kNoise = R"(
 uint pcg(uint v) {
     uint s = v * 747796405u + 2891336453u;
@@ -116,7 +147,30 @@ Surface board(vec2 p) {
     return s;
 }
 
-#if FAMILY == 0
+float alpha = 1.0;
+#if FAMILY == 4
+#ifdef COLOR_IMAGE
+layout(binding = 3) uniform highp sampler2D color_image;
+#endif
+#ifdef SURFACE_IMAGE
+layout(binding = 4) uniform highp sampler2D surface_image;
+#endif
+Surface surface(uvec2 m, vec3 n, vec3 where, vec2 p) {
+    vec4 c = base_color;
+    vec2 s = object_surface.xy;
+#ifdef COLOR_IMAGE
+    c *= texture(color_image, p);
+#endif
+#ifdef SURFACE_IMAGE
+    s *= texture(surface_image, p).bg;
+#endif
+#ifdef CUT_OUT
+    if (c.a < object_surface.z) discard;
+#endif
+    alpha = c.a;
+    return Surface(c.rgb, s.x, max(s.y, 0.05), emissive.rgb, vec2(0.0));
+}
+#elif FAMILY == 0
 Surface surface(uvec2 m, vec3 n, vec3 where, vec2 p) { return board(p); }
 #else
 Surface surface(uvec2 m, vec3 n, vec3 where, vec2 p) {
@@ -235,6 +289,9 @@ void main() {
     color = vec4(sqrt(film(surroundings(-v, 0.0))), 1.0);
 #else
     vec3 n = normalize(normal);
+#if FAMILY == 4
+    if (dot(n, v) < 0.0 && !gl_FrontFacing) n = -n;
+#endif
     Surface s = surface(material, n, world, uv);
     vec3 tangent = abs(n.y) > 0.7 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0);
     n = normalize(n + s.bump.x * tangent + s.bump.y * cross(n, tangent));
@@ -254,24 +311,34 @@ void main() {
     sum += s.albedo * (1.0 - s.metal) * mix(vec3(0.10, 0.09, 0.09), vec3(0.24, 0.28, 0.34), n.y * 0.5 + 0.5);
     sum += mirror * (f0 + (max(vec3(1.0 - s.rough), f0) - f0) * fresnel) * (1.0 - 0.6 * s.rough);
     sum = mix(surroundings(vec3(-v.x, 0.02, -v.z), 1.0), sum, exp(-range * range * 0.0016));
+#if FAMILY == 4
+    color = vec4(sqrt(film(sum)), alpha);
+#else
     color = vec4(sqrt(film(sum)), 1.0);
+#endif
 #endif
 }
 )";
 
 }  // namespace
 
-std::string vertex_shader() { return std::string("#version 310 es\n") + kViewBlock + kVertex; }
+std::string vertex_shader(Family family) {
+    const std::string head = std::string("#version 310 es\n") + kViewBlock;
+    return family == Family::model ? head + kObjectBlock + kModelVertex : head + kVertex;
+}
 
 std::string fragment_shader(const ShaderOptions& o) {
     std::string source = "#version 310 es\nprecision highp float;\nprecision highp int;\n";
     if (o.count_fragments)
-        source += "#define COUNT_FRAGMENTS\nlayout(early_fragment_tests) in;\n"
+        source += std::string("#define COUNT_FRAGMENTS\n") + (o.cut_out ? "" : "layout(early_fragment_tests) in;\n") +
                   "layout(binding = 0, offset = 0) uniform highp atomic_uint fragments;\n";
     source += "#define FAMILY " + std::to_string(static_cast<int>(o.family)) + "\n";
     source += "#define EXTRA_LIGHTS " + std::to_string(o.extra_lights) + "\n#define LIGHT_SCALE " +
               std::to_string(6.0 / (6.0 + o.extra_lights)) + "\n";
-    return source + kViewBlock + kNoise + kMaterials + kLighting;
+    if (o.color_image) source += "#define COLOR_IMAGE\n";
+    if (o.surface_image) source += "#define SURFACE_IMAGE\n";
+    if (o.cut_out) source += "#define CUT_OUT\n";
+    return source + kViewBlock + (o.family == Family::model ? kObjectBlock : "") + kNoise + kMaterials + kLighting;
 }
 
 }  // namespace fovea::scene

@@ -4,6 +4,7 @@
 // hash (Jarzynski and Olano, JCGT 9(3), 2020); filmic curve after Narkowicz 2016.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -17,8 +18,8 @@ enum Material : std::uint8_t {
 
 // Materials that share a program. A processor rasteriser runs both sides of every branch, so a program holds only what
 // its draws need.
-enum class Family : std::uint8_t { board, parts, sky, hall };
-inline constexpr std::size_t kFamilies = 4;
+enum class Family : std::uint8_t { board, parts, sky, hall, model };   // model: materials of a Model, from textures
+inline constexpr std::size_t kFamilies = 5;
 [[nodiscard]] constexpr Family family_of(std::uint8_t material) noexcept {
     return material == kBoard ? Family::board
            : material == kSky ? Family::sky
@@ -28,13 +29,27 @@ inline constexpr std::size_t kFamilies = 4;
 
 inline constexpr int kLights = 6;
 
+// std140 layout of the block `Object` of Family::model.
+struct ObjectBlock {
+    std::array<float, 16> world_from_object;
+    std::array<std::array<float, 4>, 3> normal_columns;   // inverse transpose of its upper 3x3, any scale
+    std::array<float, 4> base_color;
+    std::array<float, 4> surface;    // metallic, roughness, alpha cutoff, unused
+    std::array<float, 4> emissive;
+};
+static_assert(sizeof(ObjectBlock) == 64 + 48 + 48);
+
 struct ShaderOptions {
     Family family = Family::board;
     bool count_fragments = false;   // with an atomic counter at binding 0, after early depth and stencil tests
     int extra_lights = 0;           // 0 to 58: repeats the lights around the scene, for a heavier fragment
+    // Family::model: what the material has; each is a variant, built only where a material asks for it.
+    bool color_image = false, surface_image = false, cut_out = false;
+    bool operator==(const ShaderOptions&) const = default;
 };
 
-[[nodiscard]] std::string vertex_shader();
+// Family::model: attributes position, normal, uv; uniform block `Object`, binding 1, as in ObjectBlock.
+[[nodiscard]] std::string vertex_shader(Family family = Family::board);
 [[nodiscard]] std::string fragment_shader(const ShaderOptions& options);
 
 }  // namespace fovea::scene

@@ -42,7 +42,7 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
     app.add_option("--frames", o.frames, "end after this many frames instead")->check(CLI::Range(1L, 1'000'000'000L));
     app.add_option("--size", size, "pixels per eye, WIDTHxHEIGHT or one number for a square")->capture_default_str();
     app.add_option("--method", o.method, "foveation method:" + list_of(foveation::methods()))->capture_default_str();
-    app.add_option("--scene", o.scene, "what to draw:" + list_of(scene::scenes()))->capture_default_str();
+    app.add_option("--scene", o.scene, "what to draw, or the path of a .gltf or .glb file:" + list_of(scene::scenes()))->capture_default_str();
     app.add_option("--present", o.present, "where frames are shown; auto: the first of these that the environment offers:" + list_of(present::presenters()))
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast)->capture_default_str();
     app.add_option("--refresh-hz", o.scanout.refresh_hz, "refresh rate of the simulated display")->capture_default_str();
