@@ -7,8 +7,8 @@
 #include <fcntl.h>
 #include <filesystem>
 #include <linux/videodev2.h>
+#include <numbers>
 #include <poll.h>
-#include <sys/eventfd.h>
 #include <sys/ioctl.h>
 #include <unistd.h>
 
@@ -18,6 +18,7 @@
 #include "drivers/camera/eye_model.hpp"
 #include "drivers/camera/v4l2_stream.hpp"
 #include "drivers/setting_values.hpp"
+#include "drivers/wake_fd.hpp"
 
 namespace fovea::drivers::camera {
 
@@ -37,16 +38,12 @@ struct CameraSettings {
 
 class CameraDevice final : public Device {
 public:
-    CameraDevice(CameraSettings settings, const TimeSource& time) : settings_{std::move(settings)}, time_{time} {
-        wake_fd_ = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-        FOVEA_REQUIRE(wake_fd_ >= 0);
+    CameraDevice(V4l2Calls& calls, CameraSettings settings, const TimeSource& time)
+        : settings_{std::move(settings)}, time_{time}, cameras_{Camera(calls), Camera(calls)} {
         count_ = settings_.streams[1].path.empty() ? 1 : 2;
         for (auto& c : cameras_) c.detector.emplace(settings_.pupil);
     }
-    ~CameraDevice() override {
-        close();
-        ::close(wake_fd_);
-    }
+    ~CameraDevice() override { close(); }
 
     DeviceInfo info() const override {
         std::string name = cameras_[0].stream.card().empty() ? "eye camera" : cameras_[0].stream.card();
@@ -93,15 +90,14 @@ public:
             const Instant now = time_.now();
             if (settings_.silent > Duration{} && now - last_frame_ > settings_.silent) return lose("silent");
             std::array<pollfd, 3> fds{};
-            fds[0] = {wake_fd_, POLLIN, 0};
+            fds[0] = {wake_.get(), POLLIN, 0};
             for (std::size_t i = 0; i < count_; ++i) fds[i + 1] = {cameras_[i].stream.fd(), POLLIN, 0};
             const Duration left = std::clamp<Duration>(deadline - now, Duration{}, std::chrono::seconds(1));
             const timespec wait{static_cast<time_t>(left.count() / 1'000'000'000), left.count() % 1'000'000'000};
             const int ready = ::ppoll(fds.data(), static_cast<nfds_t>(count_ + 1), &wait, nullptr);
             if (ready < 0 && errno != EINTR) return lose("poll failed");
             if (fds[0].revents != 0) {
-                std::uint64_t drained = 0;
-                [[maybe_unused]] const ssize_t n = ::read(wake_fd_, &drained, sizeof drained);
+                wake_.clear();
                 return PollStatus::nothing;
             }
             for (std::size_t k = 0; k < count_ && ready > 0; ++k) {
@@ -122,10 +118,7 @@ public:
         }
     }
 
-    void wake() noexcept override {
-        const std::uint64_t one = 1;
-        [[maybe_unused]] const ssize_t n = ::write(wake_fd_, &one, sizeof one);
-    }
+    void wake() noexcept override { wake_.raise(); }
 
     void close() noexcept override {
         for (auto& c : cameras_) {
@@ -148,6 +141,7 @@ public:
 
 private:
     struct Camera {
+        explicit Camera(V4l2Calls& calls) : stream{calls} {}
         V4l2Stream stream;
         GreyConverter converter;
         std::optional<PupilDetector> detector;
@@ -227,7 +221,7 @@ private:
     const TimeSource& time_;
     std::array<Camera, 2> cameras_;
     std::size_t count_ = 1, turn_ = 0;
-    int wake_fd_ = -1;
+    WakeFd wake_;
     DeviceCounters counters_;
     std::uint64_t next_id_ = 1;
     Instant last_frame_;
@@ -255,11 +249,17 @@ std::vector<DeviceKey> keys() {
         {"centre_y_px", "-1.0", "the same downwards"},
         {"eyeball_px", "0.0", "radius of the eyeball in the picture; pixels, 0 (0.45 of the smaller side) to 4096"},
         {"mirrored", "false", "the camera sees the eye in a mirror"},
+        {"camera_azimuth_deg", "0.0", "where the camera stands, seen from the eye: to the wearer's right of straight ahead; degrees, -80 to 80"},
+        {"camera_elevation_deg", "0.0", "the same upwards; a camera below the eye is negative; degrees, -80 to 80"},
         {"silent_ms", "2000", "no frame for this long counts as lost; milliseconds, 0 (never) to 600000"},
     };
 }
 
 Result<std::unique_ptr<Device>> create(const DeviceSettings& settings, const TimeSource& time) {
+    return create_on(kernel_v4l2(), settings, time);
+}
+
+Result<std::unique_ptr<Device>> create_on(V4l2Calls& calls, const DeviceSettings& settings, const TimeSource& time) {
     SettingValues v(settings);
     CameraSettings s;
     StreamSettings& first = s.streams[0];
@@ -284,14 +284,17 @@ Result<std::unique_ptr<Device>> create(const DeviceSettings& settings, const Tim
     m.centre_y = v.number("centre_y_px", -1, -4096, 4096);
     m.radius_px = v.number("eyeball_px", 0, 0, 4096);
     m.mirrored = v.flag("mirrored", false);
+    m.camera_azimuth_rad = v.number("camera_azimuth_deg", 0, -80, 80) * std::numbers::pi / 180;
+    m.camera_elevation_rad = v.number("camera_elevation_deg", 0, -80, 80) * std::numbers::pi / 180;
     s.centre_given = m.centre_x != -1 || m.centre_y != -1;
     s.radius_given = m.radius_px > 1;
     s.models = {m, m};
+    s.models[1].camera_azimuth_rad = -m.camera_azimuth_rad;   // the right eye's camera is the left one's mirror image
     s.silent = std::chrono::milliseconds(v.integer("silent_ms", 2000, 0, 600000));
     if (auto bad = v.failure(); !bad) return std::unexpected(bad.error());
     if (!s.streams[1].path.empty() && first.path.empty())
         return fail("right_path without path", settings.where_is("right_path"), "name the left eye's camera with path");
-    return std::make_unique<CameraDevice>(std::move(s), time);
+    return std::make_unique<CameraDevice>(calls, std::move(s), time);
 }
 
 std::vector<FoundDevice> list(bool with_details) {

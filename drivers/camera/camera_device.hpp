@@ -6,11 +6,14 @@
 // Cost: one detection per frame (docs/pupil_detection.md). Threads, errors: as drivers/device.hpp.
 #pragma once
 
+#include "drivers/camera/v4l2_calls.hpp"
 #include "drivers/device.hpp"
 
 namespace fovea::drivers::camera {
 
 [[nodiscard]] Result<std::unique_ptr<Device>> create(const DeviceSettings& settings, const TimeSource& time);
+// The same on another table of calls (v4l2_calls.hpp), which must outlive the device.
+[[nodiscard]] Result<std::unique_ptr<Device>> create_on(V4l2Calls& calls, const DeviceSettings& settings, const TimeSource& time);
 [[nodiscard]] std::vector<DeviceKey> keys();
 [[nodiscard]] std::vector<FoundDevice> list(bool with_details);
 

@@ -13,7 +13,12 @@ std::optional<Direction<HeadFrame>> look(const EyeModel& model, const PupilResul
     const double x = side * (pupil.ellipse.x - cx) / model.radius_px, y = -(pupil.ellipse.y - cy) / model.radius_px;
     const double r2 = x * x + y * y;
     if (!(r2 < 0.95)) return std::nullopt;
-    return Direction<HeadFrame>::from({x, y, -std::sqrt(1 - r2)});
+    const double z = -std::sqrt(1 - r2);
+    // From the camera's axes to the head's: an eye that looks into the camera looks to where the camera stands.
+    const double ce = std::cos(model.camera_elevation_rad), se = std::sin(model.camera_elevation_rad);
+    const double ca = std::cos(model.camera_azimuth_rad), sa = std::sin(model.camera_azimuth_rad);
+    const double up = y * ce - z * se, ahead = y * se + z * ce;
+    return Direction<HeadFrame>::from({x * ca - ahead * sa, up, x * sa + ahead * ca});
 }
 
 }  // namespace fovea::drivers::camera

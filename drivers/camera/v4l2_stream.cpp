@@ -4,11 +4,9 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <fcntl.h>
+#include <linux/dma-buf.h>
 #include <linux/videodev2.h>
-#include <sys/ioctl.h>
 #include <sys/mman.h>
-#include <unistd.h>
 
 #include <fmt/format.h>
 
@@ -20,6 +18,7 @@ namespace {
 
 constexpr std::size_t kMaxImageBytes = std::size_t{kMaxImageSide} * kMaxImageSide * 2;
 constexpr unsigned kMaxFaultsInARow = 32;
+constexpr std::size_t kPage = 4096;
 
 struct KnownFormat {
     PixelFormat format;
@@ -40,11 +39,14 @@ const KnownFormat* by_fourcc(std::uint32_t fourcc) noexcept {
     return nullptr;
 }
 
-int call(int fd, unsigned long request, void* argument) noexcept {
-    int r = 0;
-    do r = ::ioctl(fd, request, argument);
-    while (r < 0 && errno == EINTR);
-    return r;
+constexpr std::uint32_t v4l2_memory(BufferMemory m) noexcept {
+    switch (m) {
+        case BufferMemory::user_pointer: return V4L2_MEMORY_USERPTR;
+        case BufferMemory::dma_buffer: return V4L2_MEMORY_DMABUF;
+        case BufferMemory::none:
+        case BufferMemory::mapped: break;
+    }
+    return V4L2_MEMORY_MMAP;
 }
 
 std::string fourcc_text(std::uint32_t v) {
@@ -58,13 +60,23 @@ std::string fourcc_text(std::uint32_t v) {
 
 }  // namespace
 
-std::vector<PixelFormat> usable_formats(int fd) {
+const char* to_string(BufferMemory memory) noexcept {
+    switch (memory) {
+        case BufferMemory::none: return "none";
+        case BufferMemory::mapped: return "memory mapping";
+        case BufferMemory::user_pointer: return "user pointers";
+        case BufferMemory::dma_buffer: return "DMA-BUFs";
+    }
+    return "none";
+}
+
+std::vector<PixelFormat> usable_formats(int fd, V4l2Calls& calls) {
     std::vector<PixelFormat> found;
     for (std::uint32_t i = 0; i < 256; ++i) {
         v4l2_fmtdesc d{};
         d.index = i;
         d.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-        if (call(fd, VIDIOC_ENUM_FMT, &d) != 0) break;
+        if (calls.ioctl(fd, VIDIOC_ENUM_FMT, &d) != 0) break;
         if (const KnownFormat* f = by_fourcc(d.pixelformat)) found.push_back(f->format);
     }
     return found;
@@ -72,7 +84,7 @@ std::vector<PixelFormat> usable_formats(int fd) {
 
 Result<void> V4l2Stream::open(const StreamSettings& settings) {
     close();
-    fd_ = ::open(settings.path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+    fd_ = calls_->open(settings.path.c_str());
     if (fd_ < 0) return cannot_open(settings.path, errno);
     counters_ = {};
     not_granted_.clear();
@@ -84,7 +96,7 @@ Result<void> V4l2Stream::open(const StreamSettings& settings) {
     if (ready) {
         set_controls(settings);
         int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-        if (call(fd_, VIDIOC_STREAMON, &type) != 0) {
+        if (calls_->ioctl(fd_, VIDIOC_STREAMON, &type) != 0) {
             const int code = errno;
             ready = code == EBUSY ? Result<void>(cannot_open(settings.path, EBUSY))
                                   : fail_errno("the camera does not start", code, settings.path);
@@ -96,14 +108,14 @@ Result<void> V4l2Stream::open(const StreamSettings& settings) {
 
 Result<void> V4l2Stream::negotiate(const StreamSettings& settings) {
     v4l2_capability cap{};
-    if (call(fd_, VIDIOC_QUERYCAP, &cap) != 0)
+    if (calls_->ioctl(fd_, VIDIOC_QUERYCAP, &cap) != 0)
         return fail_errno("this is no video device", errno, settings.path, "`fovea devices camera` lists the cameras");
     card_.assign(reinterpret_cast<const char*>(cap.card), strnlen(reinterpret_cast<const char*>(cap.card), sizeof cap.card));
     const std::uint32_t can = (cap.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? cap.device_caps : cap.capabilities;
     if ((can & V4L2_CAP_VIDEO_CAPTURE) == 0 || (can & V4L2_CAP_STREAMING) == 0)
         return fail("this video device does not stream pictures", settings.path, "`fovea devices camera` lists the cameras");
 
-    const auto usable = usable_formats(fd_);
+    const auto usable = usable_formats(fd_, *calls_);
     const KnownFormat* chosen = nullptr;
     for (const KnownFormat& f : kFormats)
         if (chosen == nullptr && std::ranges::find(usable, f.format) != usable.end() &&
@@ -117,14 +129,14 @@ Result<void> V4l2Stream::negotiate(const StreamSettings& settings) {
     }
     v4l2_format format{};
     format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-    if (call(fd_, VIDIOC_G_FMT, &format) != 0) return fail_errno("the camera tells no format", errno, settings.path);
+    if (calls_->ioctl(fd_, VIDIOC_G_FMT, &format) != 0) return fail_errno("the camera tells no format", errno, settings.path);
     if (settings.width > 0) format.fmt.pix.width = static_cast<std::uint32_t>(settings.width);
     if (settings.height > 0) format.fmt.pix.height = static_cast<std::uint32_t>(settings.height);
     format.fmt.pix.pixelformat = chosen->fourcc;
     format.fmt.pix.field = V4L2_FIELD_NONE;
     format.fmt.pix.bytesperline = 0;
     format.fmt.pix.sizeimage = 0;
-    if (call(fd_, VIDIOC_S_FMT, &format) != 0) {
+    if (calls_->ioctl(fd_, VIDIOC_S_FMT, &format) != 0) {
         const int code = errno;
         return code == EBUSY ? cannot_open(settings.path, EBUSY)
                              : fail_errno("the camera refuses the format", code, settings.path);
@@ -150,10 +162,10 @@ Result<void> V4l2Stream::negotiate(const StreamSettings& settings) {
 
     v4l2_streamparm parm{};
     parm.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-    if (call(fd_, VIDIOC_G_PARM, &parm) == 0) {
+    if (calls_->ioctl(fd_, VIDIOC_G_PARM, &parm) == 0) {
         if (settings.rate_hz > 0) {
             parm.parm.capture.timeperframe = {1000, static_cast<std::uint32_t>(settings.rate_hz * 1000 + 0.5)};
-            if (call(fd_, VIDIOC_S_PARM, &parm) != 0) not_granted_.push_back("the frame rate");
+            if (calls_->ioctl(fd_, VIDIOC_S_PARM, &parm) != 0) not_granted_.push_back("the frame rate");
         }
         const v4l2_fract t = parm.parm.capture.timeperframe;
         rate_hz_ = t.numerator > 0 ? static_cast<double>(t.denominator) / t.numerator : 0;
@@ -166,7 +178,7 @@ Result<void> V4l2Stream::negotiate(const StreamSettings& settings) {
 void V4l2Stream::set_controls(const StreamSettings& settings) {
     const auto set = [&](std::uint32_t id, std::int32_t value, const char* name) {
         v4l2_control c{id, value};
-        if (call(fd_, VIDIOC_S_CTRL, &c) != 0) not_granted_.push_back(fmt::format("{} {}", name, value));
+        if (calls_->ioctl(fd_, VIDIOC_S_CTRL, &c) != 0) not_granted_.push_back(fmt::format("{} {}", name, value));
     };
     if (settings.exposure_us > 0) {
         set(V4L2_CID_EXPOSURE_AUTO, V4L2_EXPOSURE_MANUAL, "manual exposure");
@@ -176,59 +188,101 @@ void V4l2Stream::set_controls(const StreamSettings& settings) {
 }
 
 Result<void> V4l2Stream::set_up_buffers(unsigned count) {
-    for (const unsigned memory : {unsigned{V4L2_MEMORY_MMAP}, unsigned{V4L2_MEMORY_USERPTR}}) {
-        v4l2_requestbuffers request{};
-        request.count = count;
-        request.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-        request.memory = memory;
-        if (call(fd_, VIDIOC_REQBUFS, &request) != 0) {
-            if (errno == EBUSY) return cannot_open(card_, EBUSY);
-            continue;
-        }
-        if (request.count < 2 || request.count > 64) continue;
-        memory_ = memory;
-        for (unsigned i = 0; i < request.count; ++i) {
-            Buffer b;
-            if (memory == V4L2_MEMORY_MMAP) {
-                v4l2_buffer v{};
-                v.index = i;
-                v.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-                v.memory = memory;
-                if (call(fd_, VIDIOC_QUERYBUF, &v) != 0 || v.length == 0 || v.length > 2 * kMaxImageBytes)
-                    return fail("the camera has no buffers to map", card_);
-                b.length = v.length;
-                b.data = ::mmap(nullptr, b.length, PROT_READ | PROT_WRITE, MAP_SHARED, fd_, static_cast<off_t>(v.m.offset));
-                if (b.data == MAP_FAILED) return fail_errno("cannot map the camera's buffers", errno, card_);
-            } else {
-                b.length = (image_bytes_ + 4095) & ~std::size_t{4095};
-                b.data = std::aligned_alloc(4096, b.length);
-                if (b.data == nullptr) return fail("no memory for camera buffers", card_);
-            }
-            buffers_.push_back(b);
-            if (!queue(i)) return fail_errno("the camera takes no buffers", errno, card_);
-        }
-        return {};
+    std::string tried;
+    for (const BufferMemory memory : {BufferMemory::mapped, BufferMemory::user_pointer, BufferMemory::dma_buffer}) {
+        auto ready = set_up_buffers(memory, count);
+        if (ready) return ready;
+        if (errno_of_request_ == EBUSY) return cannot_open(card_, EBUSY);
+        tried += std::string(tried.empty() ? "" : "; ") + to_string(memory) + ": " + ready.error().what;
     }
-    return fail("the camera offers neither memory mapping nor user pointers", card_, "use another camera");
+    return fail("the camera's pictures cannot be taken over (" + tried + ")", card_, "use another camera");
+}
+
+Result<void> V4l2Stream::set_up_buffers(BufferMemory memory, unsigned count) {
+    v4l2_requestbuffers request{};
+    request.count = count;
+    request.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+    request.memory = v4l2_memory(memory);
+    errno_of_request_ = 0;
+    if (calls_->ioctl(fd_, VIDIOC_REQBUFS, &request) != 0) {
+        errno_of_request_ = errno;
+        return fail_errno("not offered", errno_of_request_);
+    }
+    memory_ = memory;
+    const auto give_up = [&](std::unexpected<Error> e) {
+        release_buffers();
+        return e;
+    };
+    if (request.count < 2 || request.count > 64) return give_up(fail(fmt::format("{} buffers granted", request.count)));
+    for (unsigned i = 0; i < request.count; ++i) {
+        buffers_.emplace_back();
+        Buffer& b = buffers_.back();
+        if (memory == BufferMemory::mapped) {
+            v4l2_buffer v{};
+            v.index = i;
+            v.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+            v.memory = request.memory;
+            if (calls_->ioctl(fd_, VIDIOC_QUERYBUF, &v) != 0 || v.length == 0 || v.length > 2 * kMaxImageBytes)
+                return give_up(fail("no buffers to map"));
+            b.length = v.length;
+            b.data = calls_->map(b.length, fd_, static_cast<off_t>(v.m.offset));
+        } else if (memory == BufferMemory::user_pointer) {
+            b.length = (image_bytes_ + kPage - 1) & ~(kPage - 1);
+            b.data = std::aligned_alloc(kPage, b.length);
+        } else {
+            b.length = (image_bytes_ + kPage - 1) & ~(kPage - 1);
+            b.dma_fd = calls_->dma_buffer(b.length);
+            if (b.dma_fd < 0) return give_up(fail("this system makes none (/dev/dma_heap/system, /dev/udmabuf)"));
+            b.data = calls_->map(b.length, b.dma_fd, 0);
+        }
+        if (b.data == nullptr || b.data == MAP_FAILED) return give_up(fail("no memory"));
+        if (!queue(i)) return give_up(fail_errno("a buffer is not accepted", errno));
+    }
+    return {};
+}
+
+void V4l2Stream::release_buffers() noexcept {
+    for (const Buffer& b : buffers_) {
+        if (b.data != nullptr && b.data != MAP_FAILED) {
+            if (memory_ == BufferMemory::user_pointer) std::free(b.data);
+            else calls_->unmap(b.data, b.length);
+        }
+        if (b.dma_fd >= 0) calls_->close(b.dma_fd);
+    }
+    buffers_.clear();
+    if (fd_ >= 0 && memory_ != BufferMemory::none) {   // whatever was queued is the driver's no longer
+        v4l2_requestbuffers none{};
+        none.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
+        none.memory = v4l2_memory(memory_);
+        calls_->ioctl(fd_, VIDIOC_REQBUFS, &none);
+    }
+    memory_ = BufferMemory::none;
 }
 
 bool V4l2Stream::queue(unsigned index) noexcept {
+    const Buffer& b = buffers_[index];
     v4l2_buffer v{};
     v.index = index;
     v.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-    v.memory = memory_;
-    if (memory_ == V4L2_MEMORY_USERPTR) {
-        v.m.userptr = reinterpret_cast<unsigned long>(buffers_[index].data);
-        v.length = static_cast<std::uint32_t>(buffers_[index].length);
-    }
-    return call(fd_, VIDIOC_QBUF, &v) == 0;
+    v.memory = v4l2_memory(memory_);
+    v.length = static_cast<std::uint32_t>(b.length);
+    if (memory_ == BufferMemory::user_pointer) v.m.userptr = reinterpret_cast<unsigned long>(b.data);
+    if (memory_ == BufferMemory::dma_buffer) v.m.fd = b.dma_fd;
+    return calls_->ioctl(fd_, VIDIOC_QBUF, &v) == 0;
+}
+
+void V4l2Stream::bracket_read(int index, bool begin) noexcept {
+    if (memory_ != BufferMemory::dma_buffer || index < 0) return;
+    dma_buf_sync sync{};
+    sync.flags = DMA_BUF_SYNC_READ | (begin ? DMA_BUF_SYNC_START : DMA_BUF_SYNC_END);
+    calls_->ioctl(buffers_[static_cast<std::size_t>(index)].dma_fd, DMA_BUF_IOCTL_SYNC, &sync);
 }
 
 int V4l2Stream::dequeue(Frame& out, Instant now) noexcept {
     v4l2_buffer v{};
     v.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-    v.memory = memory_;
-    if (call(fd_, VIDIOC_DQBUF, &v) != 0) {
+    v.memory = v4l2_memory(memory_);
+    if (calls_->ioctl(fd_, VIDIOC_DQBUF, &v) != 0) {
         if (errno == EAGAIN) return -1;
         if (errno == EIO && ++faults_in_a_row_ <= kMaxFaultsInARow) {
             ++counters_.broken;
@@ -270,6 +324,7 @@ int V4l2Stream::dequeue(Frame& out, Instant now) noexcept {
 
 FrameEvent V4l2Stream::next(Frame& out, Instant now) noexcept {
     if (fd_ < 0) return FrameEvent::lost;
+    bracket_read(held_, false);
     if (held_ >= 0 && !queue(static_cast<unsigned>(held_))) return FrameEvent::lost;
     held_ = -1;
     // Frames that waited while the last one was worked on are old by now: only the newest counts.
@@ -286,6 +341,7 @@ FrameEvent V4l2Stream::next(Frame& out, Instant now) noexcept {
         out = frame;
     }
     if (held_ < 0) return FrameEvent::nothing;
+    bracket_read(held_, true);
     ++counters_.frames;
     return FrameEvent::frame;
 }
@@ -293,15 +349,10 @@ FrameEvent V4l2Stream::next(Frame& out, Instant now) noexcept {
 void V4l2Stream::close() noexcept {
     if (fd_ >= 0) {
         int type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
-        call(fd_, VIDIOC_STREAMOFF, &type);
+        calls_->ioctl(fd_, VIDIOC_STREAMOFF, &type);
     }
-    for (const Buffer& b : buffers_) {
-        if (b.data == nullptr || b.data == MAP_FAILED) continue;
-        if (memory_ == V4L2_MEMORY_MMAP) ::munmap(b.data, b.length);
-        else std::free(b.data);
-    }
-    buffers_.clear();
-    if (fd_ >= 0) ::close(fd_);
+    release_buffers();
+    if (fd_ >= 0) calls_->close(fd_);
     fd_ = -1;
     held_ = -1;
 }
