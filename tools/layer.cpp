@@ -13,6 +13,7 @@
 #include <fmt/core.h>
 
 #include "tools/commands.hpp"
+#include "tools/layer_auto.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -21,7 +22,8 @@ namespace fs = std::filesystem;
 
 struct LayerOptions {
     std::string library, vendor, reading = "area";
-    bool stats = false;
+    bool stats = false, report = false;
+    AutoOptions automatic;
     std::vector<std::string> program;
 };
 
@@ -60,6 +62,12 @@ int run(const LayerOptions& options) {
     if (library.empty()) return fail_with("libfovea_layer.so is not beside this program; name it with --library", kBadInput);
     if (access(library.c_str(), R_OK) != 0) return fail_with(fmt::format("cannot read {}: {}", library, std::strerror(errno)), kBadInput);
 
+    std::string automatic;
+    if (options.automatic.on) {
+        auto text = auto_environment(options.automatic, options.program[0]);
+        if (!text) return fail_with(text.error().message(), kBadInput);
+        automatic = *text;
+    }
     const char* base = std::getenv("XDG_RUNTIME_DIR");
     std::string name = std::string(base && *base && access(base, W_OK) == 0 ? base : "/tmp") + "/fovea-layer.XXXXXX";
     if (!mkdtemp(name.data())) return fail_with(fmt::format("cannot make {}: {}", name, std::strerror(errno)), kFailed);
@@ -87,7 +95,8 @@ int run(const LayerOptions& options) {
         setenv("__EGL_VENDOR_LIBRARY_FILENAMES", vendor_json.c_str(), 1);
         if (!options.vendor.empty()) setenv("FOVEA_LAYER_VENDOR", options.vendor.c_str(), 1);
         setenv("FOVEA_LAYER_READING", options.reading.c_str(), 1);
-        if (options.stats) setenv("FOVEA_LAYER_STATS", stats_json.c_str(), 1);
+        if (options.automatic.on) setenv("FOVEA_LAYER_AUTO", automatic.c_str(), 1);
+        if (options.stats || options.report) setenv("FOVEA_LAYER_STATS", stats_json.c_str(), 1);
         execvp(arguments[0], arguments.data());
         fmt::print(stderr, "fovea layer: cannot start {}: {}\n", options.program[0], std::strerror(errno));
         _exit(errno == ENOENT ? 127 : 126);
@@ -96,11 +105,12 @@ int run(const LayerOptions& options) {
     int status = 0;
     while (waitpid(pid, &status, 0) < 0)
         if (errno != EINTR) return fail_with(fmt::format("waiting failed: {}", std::strerror(errno)), kFailed);
-    if (options.stats) {
+    if (options.stats || options.report) {
         std::ifstream in(stats_json);
-        if (in)
-            std::cerr << in.rdbuf();
-        else
+        const std::string counters{std::istreambuf_iterator<char>(in), {}};
+        if (options.report) std::cerr << auto_report(counters);
+        if (options.stats) std::cerr << counters;
+        if (counters.empty())
             fmt::print(stderr, "fovea layer: no counters: the program made no EGL display, or ended without exit()\n");
     }
     return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
@@ -120,6 +130,18 @@ void add_layer(CLI::App& app, int* exit_code) {
     command->add_option("--reading", options.reading, "What half the density means: half the pixels (area), or half along each axis (linear)")
         ->check(CLI::IsMember({"area", "linear"}))->capture_default_str();
     command->add_flag("--stats", options.stats, "Print the layer's counters on stderr when the program has ended");
+    command->add_flag("--auto", options.automatic.on, "Foveate a program that does not use the extensions: its window follows fovead's gaze");
+    command->add_option("--gain", options.automatic.gain, "Auto: how fast density falls with distance, 1/NDC, one for both axes or x,y (default 4; 0: full density)")
+        ->needs("--auto");
+    command->add_option("--area", options.automatic.area, "Auto: enlarges the region of full density (radius sqrt(1 + area) / gain; default 0)")
+        ->check(CLI::Range(0.0, 1e6))->needs("--auto");
+    command->add_option("--focus", options.automatic.focus, "Auto: a fixed focal point x,y in NDC instead of fovead's")
+        ->needs("--auto");
+    command->add_option("--fov", options.automatic.fov_deg, "Auto: horizontal angle that the window fills, degrees (default 40)")
+        ->check(CLI::Range(1.0, 179.0))->needs("--auto");
+    command->add_flag("--always", options.automatic.always, "Auto: foveate also where a trial finds that it takes longer")->needs("--auto");
+    command->add_option("--rules", options.automatic.rules, "Auto: folder of rules per program (configs/layer/README.md)")->needs("--auto");
+    command->add_flag("--report", options.report, "Auto: say on stderr, per GL program, what was drawn at full density and why")->needs("--auto");
     command->add_option("program", options.program, "The program and its arguments, after --")->required();
     command->prefix_command();
     command->callback([exit_code, command] {

@@ -11,7 +11,7 @@ thread_local Context* t_context __attribute__((tls_model("initial-exec"))) = nul
 
 Context::~Context() = default;
 
-void Context::made_current() {
+void Context::made_current(EGLDisplay display, EGLSurface surface) {
     if (version_ == 0) {
         const auto* text = reinterpret_cast<const char*>(gl.GetString(GL_VERSION));
         version_ = -1;
@@ -39,6 +39,11 @@ void Context::made_current() {
     draw_framebuffer_ = static_cast<GLuint>(get_integer(GL_DRAW_FRAMEBUFFER_BINDING));
     read_framebuffer_ = static_cast<GLuint>(get_integer(GL_READ_FRAMEBUFFER_BINDING));
     target_known_ = false;
+    display_ = display;
+    surface_ = surface;
+    auto_ = auto_settings().on;
+    pay_.set_always(auto_settings().always);
+    if (Framebuffer* f = find_framebuffer(0)) f->pass.mode = Pass::Mode::none;  // of another surface, maybe
 }
 
 void Context::raise(GLenum error) {
@@ -60,7 +65,11 @@ GLenum Context::take_error() {
 
 void Context::before_finish(Call call) {
     submit(call);
-    if (Framebuffer* f = find_framebuffer(draw_framebuffer_)) resolve(f->pass);
+    // The default framebuffer can be read by no draw: its resolve waits until it is shown or read.
+    const bool waits = draw_framebuffer_ == 0 && call == Call::BindFramebuffer;
+    if (Framebuffer* f = find_framebuffer(draw_framebuffer_); f && !waits) resolve(f->pass);
+    if (auto_ && draw_framebuffer_ != 0 && call != Call::BindFramebuffer)
+        if (Framebuffer* f = find_framebuffer(0)) resolve(f->pass);
     if (!deletions_.empty()) {
         const auto used = static_cast<GLuint>(get_integer(GL_CURRENT_PROGRAM));
         std::erase_if(deletions_, [used](GLuint p) { return p != used && (gl.DeleteProgram(p), true); });
@@ -106,8 +115,8 @@ void Context::invalidate_pass() {
 
 const DrawTarget& Context::drawing_target() {
     static const DrawTarget plain;
-    if (!active_ || !is_engaged() || draw_framebuffer_ == 0) return plain;
-    const std::uint32_t epoch = textures_->epoch();
+    if (!active_ || !is_engaged() || (draw_framebuffer_ == 0 && !(auto_ && surface_ != EGL_NO_SURFACE))) return plain;
+    const std::uint32_t epoch = share_->textures.epoch();
     if (target_known_ && target_textures_epoch_ == epoch && target_attachments_epoch_ == attachments_epoch_) return target_;
     target_ = {};
     target_known_ = true;
@@ -119,24 +128,26 @@ const DrawTarget& Context::drawing_target() {
         target_.kind = DrawTarget::Kind::incomplete;
     } else if (configured) {
         if (f->config->enabled()) target_.kind = DrawTarget::Kind::framebuffer;
-    } else if (epoch != 0) {
+    } else if (epoch != 0 && draw_framebuffer_ != 0) {
         for (const Attachment& a : read_attachments(GL_DRAW_FRAMEBUFFER))
-            if (a.type == GL_TEXTURE && textures_->is_foveated(a.name)) {
+            if (a.type == GL_TEXTURE && share_->textures.is_foveated(a.name)) {
                 target_ = {DrawTarget::Kind::texture, a.name, static_cast<GLuint>(a.layer)};
                 break;
             }
     }
+    if (auto_ && target_.kind == DrawTarget::Kind::plain && (draw_framebuffer_ == 0 || is_main_offscreen()))
+        target_.kind = DrawTarget::Kind::automatic;
     return target_;
 }
 
 GLenum Context::foveation_status(GLenum framebuffer_target) {
     const GLuint name = framebuffer_target == GL_READ_FRAMEBUFFER ? read_framebuffer_ : draw_framebuffer_;
-    if (name == 0 || textures_->epoch() == 0) return GL_FRAMEBUFFER_COMPLETE;
+    if (name == 0 || share_->textures.epoch() == 0) return GL_FRAMEBUFFER_COMPLETE;
     const Framebuffer* f = find_framebuffer(name);
     const bool configured = f && f->config && f->config->enabled();
     int foveated_colors = 0;
     for (const Attachment& a : read_attachments(framebuffer_target)) {
-        if (a.type != GL_TEXTURE || !textures_->is_foveated(a.name)) continue;
+        if (a.type != GL_TEXTURE || !share_->textures.is_foveated(a.name)) continue;
         if (a.point == GL_DEPTH_ATTACHMENT || a.point == GL_STENCIL_ATTACHMENT || configured || ++foveated_colors > 1)
             return GL_FRAMEBUFFER_INCOMPLETE_FOVEATION_QCOM;
     }
@@ -168,18 +179,29 @@ bool Context::allowed(Op op) {
 
 void Context::open() {
     if (recording_) return;
-    attachments_ = read_attachments(GL_DRAW_FRAMEBUFFER);
-    shape_ = read_shape(attachments_);
+    attachments_.clear();
+    if (draw_framebuffer_ != 0) {
+        attachments_ = read_attachments(GL_DRAW_FRAMEBUFFER);
+        shape_ = read_shape(attachments_);
+    } else {
+        shape_ = read_default_shape(display_, surface_);
+    }
     batch_ = {};
-    batch_.must_be_native = !shape_.usable;
+    if (!shape_.usable) batch_.must_be_native = true, batch_.reason = FullRate::cannot_match;
     recording_ = true;
+    const Framebuffer* f = target_.kind == DrawTarget::Kind::automatic ? find_framebuffer(draw_framebuffer_) : nullptr;
+    if (f && f->pass.only_cleared && f->pass.mode == Pass::Mode::native && f->pass.frame == frame_) {
+        batch_.inherits_clear = batch_.color_cleared = batch_.depth_cleared = batch_.stencil_cleared = true;
+        cleared_to_ = f->pass.cleared_to;
+    }
 }
 
 void Context::note_draw() {
     batch_.drew = true;
     count(stats.draws_recorded);
-    const ProgramFacts facts = program_facts();
-    if (facts.side_effects || facts.geometry_or_tessellation || occlusion_queries_ > 0) batch_.must_be_native = true;
+    const ProgramFacts& facts = program_facts();
+    if (facts.side_effects || facts.geometry_or_tessellation || occlusion_queries_ > 0)
+        batch_.must_be_native = true, batch_.reason = FullRate::side_effects;
     if (shape_.has_depth && !batch_.depth_cleared && gl.IsEnabled(GL_DEPTH_TEST)) batch_.needs_depth = true;
     if (shape_.has_stencil && gl.IsEnabled(GL_STENCIL_TEST)) {
         batch_.uses_stencil = true;
@@ -187,7 +209,8 @@ void Context::note_draw() {
     }
 }
 
-void Context::note_clear(GLbitfield buffers, GLint color) {
+void Context::note_clear(GLbitfield buffers, GLint color, bool plain) {
+    if (!plain) batch_.plain_clears = false;
     const auto colors = std::count_if(shape_.color.begin(), shape_.color.end(), [](GLenum format) { return format != 0; });
     if (color == 0 && colors == 1 && shape_.color[0] != 0) buffers |= GL_COLOR_BUFFER_BIT;
     if (gl.IsEnabled(GL_RASTERIZER_DISCARD)) return;
@@ -199,14 +222,20 @@ void Context::note_clear(GLbitfield buffers, GLint color) {
     if (buffers & GL_COLOR_BUFFER_BIT && !batch_.drew && !per_draw_buffer_) {
         GLboolean m[4] = {};
         gl.GetBooleanv(GL_COLOR_WRITEMASK, m);
-        if (m[0] && m[1] && m[2] && m[3]) batch_.color_cleared = true;
+        if (m[0] && m[1] && m[2] && m[3]) {
+            batch_.color_cleared = true;
+            gl.GetFloatv(GL_COLOR_CLEAR_VALUE, cleared_to_.color.data());
+        }
     }
     if (buffers & GL_DEPTH_BUFFER_BIT) {
         GLboolean on = GL_FALSE;
         gl.GetBooleanv(GL_DEPTH_WRITEMASK, &on);
-        if (on) batch_.depth_cleared = true;
+        if (on) batch_.depth_cleared = true, gl.GetFloatv(GL_DEPTH_CLEAR_VALUE, &cleared_to_.depth);
     }
-    if (buffers & GL_STENCIL_BUFFER_BIT && (get_integer(GL_STENCIL_WRITEMASK) & 0xff) == 0xff) batch_.stencil_cleared = true;
+    if (buffers & GL_STENCIL_BUFFER_BIT && (get_integer(GL_STENCIL_WRITEMASK) & 0xff) == 0xff) {
+        batch_.stencil_cleared = true;
+        cleared_to_.stencil = get_integer(GL_STENCIL_CLEAR_VALUE);
+    }
 }
 
 ProgramFacts Context::ask_program(GLuint program, GLint version) {
@@ -222,6 +251,11 @@ ProgramFacts Context::ask_program(GLuint program, GLint version) {
     for (GLuint i = 0; i < static_cast<GLuint>(uniforms); ++i) {
         GLint type = 0;
         gl.GetActiveUniformsiv(program, 1, &i, GL_UNIFORM_TYPE, &type);
+        if (type == GL_SAMPLER_2D) {
+            GLchar name[128];
+            gl.GetActiveUniform(program, i, sizeof name, nullptr, &value, reinterpret_cast<GLenum*>(&type), name);
+            facts.samplers_2d.push_back(gl.GetUniformLocation(program, name));
+        }
         facts.side_effects |= type >= 0x904C && type <= 0x906C;  // GL_IMAGE_1D to GL_UNSIGNED_INT_IMAGE_2D_MULTISAMPLE_ARRAY
     }
     if (version >= 32) {
@@ -236,24 +270,28 @@ ProgramFacts Context::ask_program(GLuint program, GLint version) {
     return facts;
 }
 
-ProgramFacts Context::program_facts() {
+const ProgramFacts& Context::program_facts() {
     const auto program = static_cast<GLuint>(get_integer(GL_CURRENT_PROGRAM));
     if (program != 0) {
         const auto known = facts_.find(program);
         if (known != facts_.end()) return known->second;
         keep_driver_error();
-        return facts_[program] = ask_program(program, version_);
+        ProgramFacts& facts = facts_[program] = ask_program(program, version_);
+        if (auto_) add_source_facts(facts, program);
+        return facts;
     }
     const auto pipeline = static_cast<GLuint>(get_integer(GL_PROGRAM_PIPELINE_BINDING));
-    if (pipeline == 0) return {};
+    pipeline_facts_ = {};
+    if (pipeline == 0) return pipeline_facts_;
     keep_driver_error();
-    ProgramFacts all;
+    ProgramFacts& all = pipeline_facts_;
     for (const GLenum stage : {GL_VERTEX_SHADER, GL_FRAGMENT_SHADER, GL_GEOMETRY_SHADER, GL_TESS_CONTROL_SHADER, GL_TESS_EVALUATION_SHADER}) {
         GLint stage_program = 0;
         gl.GetProgramPipelineiv(pipeline, stage, &stage_program);
         const ProgramFacts facts = ask_program(static_cast<GLuint>(stage_program), version_);
         all.side_effects |= facts.side_effects;
         all.geometry_or_tessellation |= facts.geometry_or_tessellation;
+        if (auto_ && stage == GL_FRAGMENT_SHADER && stage_program != 0) add_source_facts(all, static_cast<GLuint>(stage_program));
     }
     return all;
 }
@@ -266,6 +304,7 @@ void Context::bound_framebuffer(GLenum target, GLuint name) {
     if (target == GL_FRAMEBUFFER) read_framebuffer_ = name;
     draw_framebuffer_ = name;
     target_known_ = false;
+    if (auto_) note_drawn_textures();
     if (name == 0 || kept_.empty()) return;
     // Another framebuffer with the image of a pass: what is drawn there is not in the levels of the pass.
     const Framebuffer* f = find_framebuffer(name);
@@ -298,6 +337,7 @@ Framebuffer* Context::find_framebuffer(GLuint name) {
 
 void Context::check_configured_attachments() {
     ++attachments_epoch_;
+    if (auto_) note_drawn_textures();
     for (const auto& [target, name] : {std::pair{GL_DRAW_FRAMEBUFFER, draw_framebuffer_}, std::pair{GL_READ_FRAMEBUFFER, read_framebuffer_}})
         if (Framebuffer* f = name ? find_framebuffer(name) : nullptr; f && f->config) f->config->compare(read_attachments(target));
 }

@@ -13,16 +13,21 @@
 // at full density.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <unordered_map>
+#include <unordered_set>
 #include <vector>
 
 #include "layer_gl.hpp"
 #include "render/density/plan.hpp"
 #include "render/extrapolation/gl_extrapolator.hpp"
 #include "render/layer/command_log.hpp"
+#include "render/layer/auto_mode.hpp"
 #include "render/layer/foveation_state.hpp"
+#include "render/layer/pay_test.hpp"
+#include "render/layer/share_group.hpp"
 #include "render/layer/stats.hpp"
 #include "render/layer/targets.hpp"
 #include "render/layer/undo.hpp"
@@ -37,6 +42,17 @@ struct NativeExtensions {
 struct ProgramFacts {
     bool geometry_or_tessellation = false;
     bool side_effects = false;  // writes buffers, images or counters
+    // Auto mode only.
+    bool frag_coord = false, texel_fetch = false, no_source = false;
+    std::vector<GLint> samplers_2d;  // locations
+    ProgramReport* report = nullptr;
+};
+
+// What glClear cleared a framebuffer to.
+struct ClearValues {
+    std::array<GLfloat, 4> color{};
+    GLfloat depth = 1;
+    GLint stencil = 0;
 };
 
 struct Pass {
@@ -50,6 +66,9 @@ struct Pass {
     bool resolved = true;
     bool masked = true;
     bool masks_drawn = false;
+    bool only_cleared = false;     // mode native, and nothing but clears so far: auto mode can still go to levels
+    ClearValues cleared_to;
+    bool depth_in_levels = false;  // mode native, but depth of the frame is still in the levels only
     Call submitted_by = Call::none;
     std::uint64_t frame = 0;  // Context::frame_ of the last submission
 };
@@ -61,28 +80,30 @@ struct Framebuffer {
 
 // What drawing to the framebuffer bound for drawing means.
 struct DrawTarget {
-    enum class Kind { plain, framebuffer, texture, incomplete };
+    enum class Kind { plain, framebuffer, texture, incomplete, automatic };
     Kind kind = Kind::plain;
     GLuint texture = 0, layer = 0;  // Kind::texture
 };
 
 class Context {
 public:
-    explicit Context(std::shared_ptr<TextureFoveations> textures) : textures_(std::move(textures)) {}
+    explicit Context(std::shared_ptr<ShareGroup> share) : share_(std::move(share)) {}
     ~Context();
     Context(const Context&) = delete;
     Context& operator=(const Context&) = delete;
-    void made_current();                 // the first time, reads what the driver is
+    // Reads what the driver is, the first time. The surface is the one to draw to, or EGL_NO_SURFACE.
+    void made_current(EGLDisplay display, EGLSurface surface);
     void release_images();               // current, nothing pending: level images are given back
     void abandon() noexcept;             // the driver's context is gone
     bool to_be_destroyed = false;        // eglDestroyContext came while it was current
 
     [[nodiscard]] bool active() const noexcept { return active_; }
     [[nodiscard]] bool is_recording() const noexcept { return recording_; }
-    [[nodiscard]] bool is_engaged() const noexcept { return !framebuffers_.empty() || textures_->epoch() != 0; }
+    [[nodiscard]] bool is_engaged() const noexcept { return auto_ || !framebuffers_.empty() || share_->textures.epoch() != 0; }
     [[nodiscard]] Undo& undo() noexcept { return undo_; }
     [[nodiscard]] CommandLog& log() noexcept { return log_; }
-    [[nodiscard]] TextureFoveations& textures() noexcept { return *textures_; }
+    [[nodiscard]] TextureFoveations& textures() noexcept { return share_->textures; }
+    [[nodiscard]] ProgramSources& sources() noexcept { return share_->sources; }
     [[nodiscard]] const NativeExtensions& native() const noexcept { return native_; }
     [[nodiscard]] GLint version() const noexcept { return version_; }
 
@@ -105,26 +126,29 @@ public:
     [[nodiscard]] const DrawTarget& drawing_target();
     enum class Op { draw, clear };
     // True when the call may be recorded: no error of the extension or of the driver (which `probe` asks).
+    // `mode` and `count` (vertices; -1: not known) tell auto mode what kind of draw it is.
     template <class Probe>
-    [[nodiscard]] bool begin(Op op, Probe probe) {
+    [[nodiscard]] bool begin(Op op, Probe probe, GLenum mode = GL_TRIANGLES, GLsizei count = -1) {
         if (!allowed(op)) return false;
         keep_driver_error();
         probe();
         if (const GLenum error = gl.GetError(); error != GL_NO_ERROR) return raise(error), false;
+        const FullRate full = op == Op::draw && target_.kind == DrawTarget::Kind::automatic ? judge_draw(mode, count) : FullRate::none;
         open();
+        if (full != FullRate::none) batch_.must_be_native = true, batch_.reason = full;
         if (op == Op::draw) note_draw();
         return true;
     }
     // The error of the extension for a call that writes to the framebuffer bound for drawing, if there is one.
     [[nodiscard]] GLenum write_error();
     // color: the draw buffer that is cleared alone; -1: none alone.
-    void note_clear(GLbitfield buffers, GLint color = -1);
+    void note_clear(GLbitfield buffers, GLint color = -1, bool plain = false);
     void end() { if (log_.bytes() > kLogLimit) submit(kCallLogFull); }
     void submit(Call call);
     void frame_ended(Call call);
     void leave_levels(Call call);  // what is drawn next must be at full density
     void invalidate_pass();        // the image was written by other means: the levels no longer match it
-    [[nodiscard]] ProgramFacts program_facts();
+    [[nodiscard]] const ProgramFacts& program_facts();
     void forget_program(GLuint program) { facts_.erase(program); }
 
     // Framebuffer objects.
@@ -153,6 +177,11 @@ public:
     // Made by the first extrapolation.
     [[nodiscard]] std::unique_ptr<render::extrapolation::GlExtrapolator>& extrapolator() noexcept { return extrapolator_; }
 
+    // Auto mode.
+    [[nodiscard]] bool automatic() const noexcept { return auto_; }
+    [[nodiscard]] bool frame_is_foveated() const noexcept { return frame_levels_; }  // the one that frame_ended() ended
+    void forget_drawn_texture(GLuint texture) { drawn_textures_.erase(texture); }
+
     // Queries and transform feedback.
     void begin_query(GLenum target, Call call);
     void end_query(GLenum target, Call call);
@@ -170,22 +199,34 @@ private:
         bool drew = false, color_cleared = false, depth_cleared = false, stencil_cleared = false;
         bool needs_depth = false;  // or stencil, of before the batch
         bool uses_stencil = false, must_be_native = false;
+        FullRate reason = FullRate::none;  // of must_be_native
+        bool inherits_clear = false;       // what this batch begins with was cleared before it, natively
+        bool plain_clears = true;          // every clear was a glClear
     };
-    [[nodiscard]] Latched latch() const;
+    [[nodiscard]] Latched latch();
     [[nodiscard]] bool choose_levels(Pass& pass, Call call);
     [[nodiscard]] bool start_levels(Pass& pass, const Latched& latched);
     [[nodiscard]] bool continues(const Pass& pass) const;
     void run_native();
     void run_levels(Pass& pass);
     void resolve(Pass& pass);
-    void levels_to_native(Pass& pass);
+    void levels_to_native(Pass& pass, bool depth);
+    void restore_depth(Pass& pass);
+    // Auto mode (auto_draws.cpp).
+    [[nodiscard]] FullRate judge_draw(GLenum mode, GLsizei count);  // submits what is pending when this draw ends the levels
+    [[nodiscard]] FullRate find_reason(GLenum mode, GLsizei count);
+    [[nodiscard]] bool samples_drawn_texture(const ProgramFacts& facts);
+    [[nodiscard]] bool is_main_offscreen();
+    void note_drawn_textures();
+    void add_source_facts(ProgramFacts& facts, GLuint program);
+    bool keep_native(FullRate reason) noexcept { native_reason_ = reason; return false; }
     [[nodiscard]] Targets* targets_for(const TargetShape& shape, Pass& pass);
     void save_for_own_drawing(Undo& own) const;
     void drop_kept_buffers();
     void set_for_own_drawing() const;
     [[nodiscard]] static ProgramFacts ask_program(GLuint program, GLint version);
 
-    std::shared_ptr<TextureFoveations> textures_;
+    std::shared_ptr<ShareGroup> share_;
     bool active_ = false;
     GLint version_ = 0;  // 30, 31, 32
     NativeExtensions native_;
@@ -221,6 +262,17 @@ private:
     std::uint64_t frame_ = 1;
     std::vector<GLuint> deletions_, kept_buffers_;
     std::unordered_map<GLuint, ProgramFacts> facts_;
+    ProgramFacts pipeline_facts_;
+
+    ClearValues cleared_to_;  // by the last glClear of the batch
+    PayTest pay_;
+    bool auto_ = false, frame_levels_ = false, levels_now_ = false;
+    EGLDisplay display_ = EGL_NO_DISPLAY;
+    EGLSurface surface_ = EGL_NO_SURFACE;
+    FocusSource focus_;
+    FullRate native_reason_ = FullRate::none;  // of the last choose_levels()
+    std::uint64_t frame_planned_ = 0, frame_full_ = 0;  // pixels
+    std::unordered_set<GLuint> drawn_textures_;         // that were attached to a framebuffer drawn to
 };
 
 extern thread_local Context* t_context __attribute__((tls_model("initial-exec")));

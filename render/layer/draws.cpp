@@ -194,8 +194,9 @@ void record(Context& c, DrawCall d) {
 }
 
 bool may_draw(Context& c, DrawCall d) {
+    const GLsizei vertices = d.count;
     d.count = 0;
-    return c.begin(Context::Op::draw, [&d] { execute(d); });
+    return c.begin(Context::Op::draw, [&d] { execute(d); }, d.mode, vertices);
 }
 
 void draw(DrawCall d) {
@@ -288,7 +289,7 @@ static void draw_indirect(DrawCall d) {
         c->leave_levels(d.kind == DrawCall::arrays_indirect ? Call::DrawArraysIndirect : Call::DrawElementsIndirect);
         return execute(d);
     }
-    if (c->begin(Context::Op::draw, probe)) record(*c, d);
+    if (c->begin(Context::Op::draw, probe, d.mode)) record(*c, d);
 }
 
 void GL_APIENTRY layer_glDrawArraysIndirect(GLenum mode, const void* indirect) {
@@ -337,7 +338,7 @@ void GL_APIENTRY layer_glClear(GLbitfield mask) {
     Context* c = (mask & ~kAll) == 0 ? drawing() : nullptr;
     if (!c) return gl.Clear(mask);
     if (!c->begin(Context::Op::clear, [] { gl.Clear(0); }) || mask == 0) return;
-    c->note_clear(mask);
+    c->note_clear(mask, -1, true);
     c->log().add([mask](Replay&) { gl.Clear(mask); });
     c->end();
 }

@@ -126,6 +126,7 @@ void GL_APIENTRY layer_glDeleteTextures(GLsizei n, const GLuint* textures) {
     const AttachmentWatch watch;
     for (GLsizei i = 0; textures && i < n; ++i) {
         c->image_written(textures[i]);
+        c->forget_drawn_texture(textures[i]);
         if (textures[i] != 0) c->textures().forget(textures[i]);
     }
     gl.DeleteTextures(n, textures);
@@ -211,6 +212,7 @@ void GL_APIENTRY layer_glLinkProgram(GLuint program) {
         c->forget_program(program);
     }
     gl.LinkProgram(program);
+    if (Context* c = t_context; c && c->automatic()) c->sources().linked(program, read_source_facts(program));
 }
 void GL_APIENTRY layer_glProgramBinary(GLuint program, GLenum format, const void* binary, GLsizei length) {
     if (Context* c = engaged()) {

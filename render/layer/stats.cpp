@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 
 namespace fovea::layer {
 
@@ -13,6 +14,7 @@ const char* call_name(Call call) noexcept {
         case 2: return "eglMakeCurrent";
         case 3: return "eglCreateSync";
         case 4: return "(log full)";
+        case 5: return "(draw at full density)";
         default: return gl_call_name(call);
     }
 }
@@ -43,6 +45,16 @@ std::string Stats::json() const {
     number("pixels_planned", pixels_planned);
     number("depth_restored", depth_restored);
     number("extrapolations", extrapolations);
+    if (auto_settings().on) {
+        out += "  \"auto\": {\"full_density_submissions\": {";
+        const char* comma = "";
+        for (std::size_t i = 0; i < std::size(auto_native_by); ++i)
+            if (const std::uint64_t n = auto_native_by[i].load(std::memory_order_relaxed)) {
+                out += std::string(comma) + "\"" + full_rate_name(static_cast<FullRate>(i)) + "\": " + std::to_string(n);
+                comma = ", ";
+            }
+        out += "}, \"programs\": " + program_reports_json() + "},\n";
+    }
     by_call("submitted_by", submitted_by, "},\n");
     by_call("lateness_lost_by", lateness_lost_by, "}\n");
     return out + "}\n";
@@ -51,14 +63,23 @@ std::string Stats::json() const {
 void Stats::write_if_asked() const {
     const char* path = std::getenv("FOVEA_LAYER_STATS");
     if (!path || !*path) return;
-    std::FILE* file = std::fopen(path, "w");
+    const std::string fresh = std::string(path) + ".new";  // a reader sees the old file or the new one
+    std::FILE* file = std::fopen(fresh.c_str(), "w");
     if (!file) {
         std::fprintf(stderr, "fovea layer: cannot write the counters to %s (FOVEA_LAYER_STATS)\n", path);
         return;
     }
     const std::string text = json();
     std::fwrite(text.data(), 1, text.size(), file);
-    std::fclose(file);
+    if (std::fclose(file) == 0) (void)std::rename(fresh.c_str(), path);
+}
+
+void Stats::write_once_a_second() {
+    static const bool asked = std::getenv("FOVEA_LAYER_STATS") != nullptr;
+    if (!asked) return;
+    timespec now{};
+    clock_gettime(CLOCK_MONOTONIC_COARSE, &now);
+    if (last_written_s_.exchange(now.tv_sec, std::memory_order_relaxed) != now.tv_sec) write_if_asked();
 }
 
 }  // namespace fovea::layer

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "layer_gl.hpp"
+#include "render/layer/auto_mode.hpp"
 
 namespace fovea::layer {
 
@@ -18,7 +19,8 @@ inline constexpr Call kCallSwapBuffers = static_cast<Call>(static_cast<unsigned>
 inline constexpr Call kCallMakeCurrent = static_cast<Call>(static_cast<unsigned>(Call::count_of_gl) + 2);
 inline constexpr Call kCallEglSync = static_cast<Call>(static_cast<unsigned>(Call::count_of_gl) + 3);
 inline constexpr Call kCallLogFull = static_cast<Call>(static_cast<unsigned>(Call::count_of_gl) + 4);
-inline constexpr unsigned kCallCount = static_cast<unsigned>(Call::count_of_gl) + 5;
+inline constexpr Call kCallFullRateDraw = static_cast<Call>(static_cast<unsigned>(Call::count_of_gl) + 5);
+inline constexpr unsigned kCallCount = static_cast<unsigned>(Call::count_of_gl) + 6;
 
 [[nodiscard]] const char* call_name(Call call) noexcept;
 
@@ -30,11 +32,16 @@ struct Stats {
     std::atomic<std::uint64_t> pixels_full{0}, pixels_planned{0};  // per submission: at full density; in the plan
     std::atomic<std::uint64_t> depth_restored{0};  // depth of a foveated pass brought back to full resolution
     std::atomic<std::uint64_t> extrapolations{0};
+    std::atomic<std::uint64_t> auto_native_by[static_cast<std::size_t>(FullRate::count)]{};  // submissions of auto mode
     std::atomic<std::uint64_t> submitted_by[kCallCount]{};
     std::atomic<std::uint64_t> lateness_lost_by[kCallCount]{};
 
     [[nodiscard]] std::string json() const;
     void write_if_asked() const;
+    void write_once_a_second();  // as write_if_asked: a program that a signal ends leaves these
+
+private:
+    std::atomic<std::int64_t> last_written_s_{0};
 };
 
 extern Stats stats;

@@ -1,5 +1,6 @@
 // How pending draws reach the driver: natively, or once per level.
 #include <algorithm>
+#include <utility>
 
 #include "render/layer/context.hpp"
 
@@ -30,8 +31,9 @@ private:
 
 }  // namespace
 
-Latched Context::latch() const {
-    if (target_.kind == DrawTarget::Kind::texture) return textures_->latch(target_.texture, target_.layer);
+Latched Context::latch() {
+    if (target_.kind == DrawTarget::Kind::automatic) return focus_.latch(shape_.width, shape_.height);
+    if (target_.kind == DrawTarget::Kind::texture) return share_->textures.latch(target_.texture, target_.layer);
     const auto it = framebuffers_.find(draw_framebuffer_);
     return it != framebuffers_.end() && it->second.config ? it->second.config->latch(0) : Latched{};
 }
@@ -42,7 +44,7 @@ void Context::submit(Call call) {
     keep_driver_error();
     count(stats.submitted_by[static_cast<unsigned>(call)]);
     Pass& pass = framebuffers_[draw_framebuffer_].pass;
-    if (pass.frame != frame_) pass.mode = Pass::Mode::none;
+    if (pass.frame != frame_) pass.mode = Pass::Mode::none, pass.depth_in_levels = false;
     pass.frame = frame_;
     const std::uint64_t full = static_cast<std::uint64_t>(shape_.width) * static_cast<std::uint64_t>(shape_.height);
     if (choose_levels(pass, call)) {
@@ -53,13 +55,25 @@ void Context::submit(Call call) {
         std::uint64_t planned = 0;
         for (int i = 0; i < pass.plan->settings().level_count; ++i) planned += pass.plan->texels(i) + pass.plan->guard_texels(i);
         count(stats.pixels_planned, planned);
+        frame_planned_ += planned;
+        levels_now_ = true;
     } else {
-        if (pass.mode == Pass::Mode::levels) levels_to_native(pass);
+        const bool automatic = target_.kind == DrawTarget::Kind::automatic;
+        if (pass.mode == Pass::Mode::levels)
+            levels_to_native(pass, !automatic || batch_.needs_depth);
+        else if (pass.depth_in_levels && batch_.needs_depth)
+            restore_depth(pass);
+        if (automatic) count(stats.auto_native_by[static_cast<std::size_t>(native_reason_)]);
         run_native();
         pass.mode = Pass::Mode::native;
+        pass.only_cleared = automatic && !batch_.drew && batch_.plain_clears && batch_.color_cleared &&
+                            (batch_.depth_cleared || !shape_.has_depth) && (batch_.stencil_cleared || !shape_.has_stencil);
+        pass.cleared_to = cleared_to_;
         count(stats.submissions_native);
         count(stats.pixels_planned, full);
+        frame_planned_ += full;
     }
+    frame_full_ += full;
     count(stats.pixels_full, full);
     pass.submitted_by = call;
     drop_errors();  // the program has had those of its own calls already
@@ -75,16 +89,22 @@ bool Context::continues(const Pass& pass) const {
 }
 
 bool Context::choose_levels(Pass& pass, Call call) {
+    // In auto mode the focal point of a frame stays once it was used.
+    const bool automatic = target_.kind == DrawTarget::Kind::automatic;
     // A clear of the colours alone leaves the depth of a pass in force, for draws that may still come.
     const bool depth_goes_on = pass.mode != Pass::Mode::none && shape_.has_depth && !batch_.depth_cleared;
-    const bool keeps_way = depth_goes_on && (pass.mode == Pass::Mode::native || latch() == pass.latched);
+    const bool keeps_way = depth_goes_on && (pass.mode == Pass::Mode::native || automatic || latch() == pass.latched);
     const bool fresh = batch_.color_cleared && !batch_.needs_depth && !keeps_way;
     if (!fresh && pass.mode != Pass::Mode::none) count(stats.lateness_lost_by[static_cast<unsigned>(pass.submitted_by)]);
     if (fresh) {
         pass.resolved = true;  // whatever the levels hold is cleared away
         pass.mode = Pass::Mode::none;
+        pass.depth_in_levels = false;
     }
-    if (batch_.must_be_native) return false;
+    if (batch_.must_be_native) return keep_native(batch_.reason);
+    if (automatic && continues(pass)) return true;
+    if (automatic && !batch_.color_cleared) return keep_native(FullRate::no_clear);
+    if (automatic && batch_.drew && !pay_.levels_now()) return keep_native(FullRate::does_not_pay);
     const Latched latched = latch();
     if (continues(pass)) {
         // Depth is known only where the pass has drawn it: a new plan waits for a clear.
@@ -92,9 +112,9 @@ bool Context::choose_levels(Pass& pass, Call call) {
         resolve(pass);
         return start_levels(pass, latched);
     }
-    if (batch_.needs_depth || (pass.mode == Pass::Mode::native && depth_goes_on)) return false;
+    if (batch_.needs_depth || (pass.mode == Pass::Mode::native && depth_goes_on)) return keep_native(FullRate::keeps_depth);
     const bool ends_frame = call != Call::BindFramebuffer && call != Call::none;
-    if (!batch_.drew && ends_frame) return false;  // clears only
+    if (!batch_.drew && (ends_frame || automatic)) return keep_native(FullRate::clears_only);
     return start_levels(pass, latched);
 }
 
@@ -109,7 +129,7 @@ bool Context::start_levels(Pass& pass, const Latched& latched) {
                       pass.plan->settings().min_density == settings.min_density;
     if (!same) {
         auto plan = density::Plan::create(settings);
-        if (!plan) return false;
+        if (!plan) return keep_native(FullRate::cannot_match);
         pass.plan.emplace(std::move(*plan));
     }
     const FocalPoint everything_full[1] = {};
@@ -119,7 +139,8 @@ bool Context::start_levels(Pass& pass, const Latched& latched) {
     pass.latched = latched;
     bool lower = false;
     for (int i = 1; i < pass.plan->settings().level_count; ++i) lower |= pass.plan->uses(i);
-    if (!lower) return false;
+    if (!lower) return keep_native(FullRate::full_density);
+    native_reason_ = FullRate::cannot_match;
     if (!batch_.color_cleared && shape_.samples > 0) return false;  // a multisampled image cannot be loaded scaled
     if (!own_.ready()) return false;
     Targets* targets = targets_for(shape_, pass);
@@ -130,7 +151,7 @@ bool Context::start_levels(Pass& pass, const Latched& latched) {
     pass.masked = true;
     Undo state;
     save_for_own_drawing(state);
-    targets->attach_level0(attachments_);
+    if (!shape_.in_place) targets->attach_level0(attachments_);
     set_for_own_drawing();
     if (!batch_.color_cleared) targets->load_colors(*pass.plan);
     state.restore();
@@ -213,6 +234,7 @@ void Context::run_levels(Pass& pass) {
     std::vector<GLenum> draw_buffers;
     for (GLenum i = 0; i < static_cast<GLenum>(std::min(get_integer(GL_MAX_DRAW_BUFFERS), static_cast<GLint>(kMaxColors))); ++i)
         draw_buffers.push_back(static_cast<GLenum>(get_integer(GL_DRAW_BUFFER0 + i)));
+    if (shape_.in_place) draw_buffers = {GL_COLOR_ATTACHMENT0};
     Undo own;
     save_for_own_drawing(own);
     if (batch_.uses_stencil) pass.masked = false;
@@ -226,6 +248,21 @@ void Context::run_levels(Pass& pass) {
         pass.masks_drawn = false;
     }
     own.restore();
+    if (batch_.inherits_clear) {  // level 0 is the framebuffer itself, and has been cleared, or follows here
+        set_for_own_drawing();
+        gl.ClearColor(cleared_to_.color[0], cleared_to_.color[1], cleared_to_.color[2], cleared_to_.color[3]);
+        gl.ClearDepthf(cleared_to_.depth);
+        gl.ClearStencil(cleared_to_.stencil);
+        gl.DepthMask(GL_TRUE);
+        gl.StencilMask(pass.masked ? ~kMaskBit : ~0u);
+        for (int level = shape_.in_place ? 1 : 0; level < pass.plan->settings().level_count; ++level) {
+            if (!pass.plan->uses(level)) continue;
+            pass.targets->bind_for_drawing(level, draw_buffers);
+            gl.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
+        }
+        own.restore();
+        batch_.inherits_clear = false;
+    }
     Undo seen;  // the program's viewport, scissor and stencil, which each level turns into its own
     seen.viewport();
     seen.scissor();
@@ -247,7 +284,7 @@ void Context::run_levels(Pass& pass) {
         pass.targets->bind_for_drawing(level, draw_buffers);
         if (first) feedback.resume();
         replay.begin({.native = false, .x_shift = scale.x_shift, .y_shift = scale.y_shift, .bounds = bounds,
-                      .masked = pass.masked, .float_viewport = float_viewport_});
+                      .masked = pass.masked && !(shape_.in_place && level == 0), .float_viewport = float_viewport_});
         log_.run(replay);
         if (first) feedback.pause_again();
         first = false;
@@ -268,8 +305,16 @@ void Context::resolve(Pass& pass) {
     drop_errors();
 }
 
-void Context::levels_to_native(Pass& pass) {
+void Context::levels_to_native(Pass& pass, bool depth) {
     resolve(pass);
+    if (depth)
+        restore_depth(pass);
+    else
+        pass.depth_in_levels = true;
+}
+
+void Context::restore_depth(Pass& pass) {
+    pass.depth_in_levels = false;
     if (!pass.targets) return;
     const FeedbackPause feedback(feedback_);
     Undo own;
@@ -285,7 +330,7 @@ void Context::leave_levels(Call call) {
     submit(call);
     if (Framebuffer* f = find_framebuffer(draw_framebuffer_); f && f->pass.mode == Pass::Mode::levels && f->pass.frame == frame_) {
         keep_driver_error();
-        levels_to_native(f->pass);
+        levels_to_native(f->pass, true);
         f->pass.mode = Pass::Mode::native;
     }
 }
@@ -293,6 +338,13 @@ void Context::leave_levels(Call call) {
 void Context::frame_ended(Call call) {
     before_finish(call);
     ++frame_;
+    frame_levels_ = std::exchange(levels_now_, false);
+    if (auto_) {
+        focus_.frame_ended(frame_planned_, frame_full_);
+        pay_.frame_ended();
+    }
+    frame_planned_ = frame_full_ = 0;
+    stats.write_once_a_second();
     count(stats.frames);
 }
 

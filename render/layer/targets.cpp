@@ -156,6 +156,32 @@ TargetShape read_shape(std::vector<Attachment>& attachments) {
     return shape;
 }
 
+TargetShape read_default_shape(EGLDisplay display, EGLSurface surface) {
+    TargetShape shape;
+    // A window that was resized is so for the driver when it is first drawn to: this draws nothing.
+    Undo state;
+    state.cap(GL_SCISSOR_TEST);
+    state.scissor();
+    gl.Enable(GL_SCISSOR_TEST);
+    gl.Scissor(0, 0, 0, 0);
+    gl.Clear(GL_COLOR_BUFFER_BIT);
+    state.restore();
+    if (!surface_size(display, surface, shape.width, shape.height)) return shape;
+    const auto present = [](GLenum point) {
+        return attachment_value(GL_DRAW_FRAMEBUFFER, point, GL_FRAMEBUFFER_ATTACHMENT_OBJECT_TYPE) != GL_NONE;
+    };
+    shape.color[0] = color_format(GL_DRAW_FRAMEBUFFER, GL_BACK);
+    shape.has_depth = present(GL_DEPTH);
+    shape.has_stencil = present(GL_STENCIL);
+    const bool wide = shape.has_depth && attachment_value(GL_DRAW_FRAMEBUFFER, GL_DEPTH, GL_FRAMEBUFFER_ATTACHMENT_DEPTH_SIZE) > 24;
+    shape.depth_stencil = !shape.has_depth ? GL_STENCIL_INDEX8 : wide ? GL_DEPTH32F_STENCIL8 : GL_DEPTH24_STENCIL8;
+    shape.samples = get_integer(GL_SAMPLES);
+    shape.in_place = true;
+    shape.usable = shape.color[0] != 0 && shape.width > 0 && shape.height > 0 && get_integer(GL_DRAW_BUFFER0) == GL_BACK;
+    drop_errors();
+    return shape;
+}
+
 std::unique_ptr<Targets> Targets::create(const TargetShape& shape, int level_count) {
     std::unique_ptr<Targets> targets(new Targets);
     targets->shape_ = shape;
@@ -169,6 +195,7 @@ std::unique_ptr<Targets> Targets::create(const TargetShape& shape, int level_cou
     bool good = true;
     const auto levels = density::standard_levels();
     for (std::size_t i = 0; good && i < targets->levels_.size(); ++i) {
+        if (i == 0 && shape.in_place) continue;
         Level& level = targets->levels_[i];
         level.width = (shape.width + (1 << levels[i].x_shift) - 1) >> levels[i].x_shift;
         level.height = (shape.height + (1 << levels[i].y_shift) - 1) >> levels[i].y_shift;
@@ -266,6 +293,7 @@ void Targets::attach_level0(const std::vector<Attachment>& attachments) {
 }
 
 void Targets::bind_for_drawing(int level, const std::vector<GLenum>& draw_buffers) {
+    if (shape_.in_place && level == 0) return gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);
     gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, levels_[static_cast<std::size_t>(level)].framebuffer);
     gl.DrawBuffers(static_cast<GLsizei>(draw_buffers.size()), draw_buffers.data());
 }
@@ -274,7 +302,7 @@ void Targets::draw_masks(OwnDrawing& own, const density::Plan& plan) {
     gl.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);  // a shader without output would write anything
     for (int i = 0; i < static_cast<int>(levels_.size()); ++i) {
         const Level& level = levels_[static_cast<std::size_t>(i)];
-        if (!plan.uses(i)) continue;
+        if (!plan.uses(i) || (i == 0 && shape_.in_place)) continue;
         const auto& scale = plan.settings().levels[static_cast<std::size_t>(i)];
         gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, level.framebuffer);
         gl.Disable(GL_SCISSOR_TEST);
@@ -295,7 +323,7 @@ void Targets::draw_masks(OwnDrawing& own, const density::Plan& plan) {
 
 void Targets::clear_masks(const density::Plan& plan) {
     for (int i = 0; i < static_cast<int>(levels_.size()); ++i) {
-        if (!plan.uses(i)) continue;
+        if (!plan.uses(i) || (i == 0 && shape_.in_place)) continue;
         gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, levels_[static_cast<std::size_t>(i)].framebuffer);
         gl.Disable(GL_SCISSOR_TEST);
         gl.StencilMask(kMaskBit);
@@ -330,7 +358,7 @@ void Targets::resolve_colors(OwnDrawing& own, const density::Plan& plan) {
         const auto image = std::find_if(level0_.begin(), level0_.end(), [c](const Attachment& a) {
             return a.point == GL_COLOR_ATTACHMENT0 + c;
         });
-        if (image == level0_.end()) continue;
+        if (image == level0_.end() && !shape_.in_place) continue;
         bool bound = false;
         for (std::size_t i = 1; i < levels_.size(); ++i) {
             Level& level = levels_[i];
@@ -348,6 +376,10 @@ void Targets::resolve_colors(OwnDrawing& own, const density::Plan& plan) {
                 source = level.resolved[c];
                 bound = false;
             }
+            if (!bound && shape_.in_place) {
+                gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, 0);
+                bound = true;
+            }
             if (!bound) {
                 gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, one_color_);
                 Attachment a = *image;
@@ -361,9 +393,10 @@ void Targets::resolve_colors(OwnDrawing& own, const density::Plan& plan) {
                              resolve_kind(shape_.color[c]), level.width, level.height);
         }
     }
+    count(stats.resolves);
+    if (shape_.in_place) return;
     gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, one_color_);
     gl.FramebufferRenderbuffer(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, 0);
-    count(stats.resolves);
 }
 
 bool Targets::resolve_depth(OwnDrawing& own, const density::Plan& plan, GLuint program_framebuffer) {
@@ -374,7 +407,7 @@ bool Targets::resolve_depth(OwnDrawing& own, const density::Plan& plan, GLuint p
     gl.DepthFunc(GL_ALWAYS);
     gl.DepthMask(GL_TRUE);
     gl.Viewport(0, 0, shape_.width, shape_.height);
-    for (std::size_t i = 0; i < levels_.size(); ++i)
+    for (std::size_t i = shape_.in_place ? 1 : 0; i < levels_.size(); ++i)
         if (plan.uses(static_cast<int>(i)))
             own.draw_resolve({.plan = &plan, .level = static_cast<int>(i), .width = shape_.width,
                               .height = shape_.height, .grow_x = 0, .grow_y = 0},

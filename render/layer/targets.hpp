@@ -2,7 +2,8 @@
 // way back to full resolution.
 //
 // Level 0 is drawn into the program's own colour images, with a depth and stencil buffer of the layer's; each lower
-// level into images of its own, with the formats and samples of the program's. Images are kept for the next pass of the
+// level into images of its own, with the formats and samples of the program's. Of the default framebuffer (shape.in_place)
+// level 0 is drawn into the framebuffer itself, depth too, and bounded by a scissor box instead of a mask. Images are kept for the next pass of the
 // same description (at most kKeptTargets of them per context).
 // Cost: measured by `tests/layer/measure.sh`. Threads: one at a time; belongs to a context, which must be
 // current. Errors: create() says no (nullptr) when a format cannot be matched or memory is out; drawing is then at full
@@ -15,6 +16,7 @@
 
 #include "layer_gl.hpp"
 #include "render/density/plan.hpp"
+#include "render/layer/auto_mode.hpp"
 #include "render/layer/foveation_state.hpp"
 #include "render/layer/replay.hpp"
 
@@ -30,6 +32,7 @@ struct TargetShape {
     GLenum depth_stencil = 0;                // the layer's own: GL_DEPTH24_STENCIL8, GL_DEPTH32F_STENCIL8, GL_STENCIL_INDEX8
     bool has_depth = false, has_stencil = false;  // of the program's framebuffer
     bool layered = false;
+    bool in_place = false;                   // the default framebuffer: level 0 is drawn into it, within the bounds
     bool usable = false;                     // false: only full density can be drawn
     bool operator==(const TargetShape&) const = default;
 };
@@ -39,6 +42,8 @@ struct TargetShape {
 // Fills target, width and height. State is left as it was; errors of the driver are dropped.
 void find_target(Attachment& attachment);
 [[nodiscard]] TargetShape read_shape(std::vector<Attachment>& attachments);
+// Of the default framebuffer, which is bound for drawing, with the size that the surface has now.
+[[nodiscard]] TargetShape read_default_shape(EGLDisplay display, EGLSurface surface);
 
 // Programs and buffers of the layer's own drawing in one context.
 class OwnDrawing {

@@ -45,7 +45,7 @@ struct Egl {
 struct Contexts {
     std::mutex mutex;
     std::map<EGLContext, std::shared_ptr<Context>> all;
-    std::map<EGLContext, std::shared_ptr<TextureFoveations>> textures;
+    std::map<EGLContext, std::shared_ptr<ShareGroup>> shares;
 };
 // Never destroyed: threads and exit handlers of the program may still call in.
 Contexts& contexts() {
@@ -57,6 +57,11 @@ thread_local std::shared_ptr<Context> t_owner;
 void end_frame(Call call) {
     if (Context* c = t_context; c && c->active()) c->frame_ended(call);
 }
+// The program says what it changed, but the fovea may have moved elsewhere.
+bool everything_changed() {
+    const Context* c = t_context;
+    return c && c->automatic() && c->frame_is_foveated();
+}
 void finish_pending(Call call) {
     if (Context* c = t_context; c && c->active()) c->before_finish(call);
 }
@@ -65,10 +70,10 @@ EGLContext create_context(EGLDisplay display, EGLConfig config, EGLContext share
     const EGLContext made = egl.CreateContext(display, config, share, attributes);
     if (made == EGL_NO_CONTEXT) return made;
     const std::lock_guard lock(contexts().mutex);
-    const auto shared = contexts().textures.find(share);
-    auto textures = share != EGL_NO_CONTEXT && shared != contexts().textures.end() ? shared->second : std::make_shared<TextureFoveations>();
-    contexts().textures[made] = textures;
-    contexts().all[made] = std::make_shared<Context>(std::move(textures));
+    const auto shared = contexts().shares.find(share);
+    auto group = share != EGL_NO_CONTEXT && shared != contexts().shares.end() ? shared->second : std::make_shared<ShareGroup>();
+    contexts().shares[made] = group;
+    contexts().all[made] = std::make_shared<Context>(std::move(group));
     return made;
 }
 
@@ -82,7 +87,7 @@ EGLBoolean destroy_context(EGLDisplay display, EGLContext context) {
             gone = std::move(it->second);
             contexts().all.erase(it);
         }
-        contexts().textures.erase(context);
+        contexts().shares.erase(context);
     }
     // Still current somewhere: lives, in the driver and here, until it no longer is.
     if (gone && gone.use_count() == 1) gone->abandon();
@@ -104,7 +109,7 @@ EGLBoolean make_current(EGLDisplay display, EGLSurface draw, EGLSurface read, EG
     if (!done) return done;
     t_owner = next;
     t_context = next.get();
-    if (next) next->made_current();
+    if (next) next->made_current(display, draw);
     if (before && before != next && before.use_count() == 1) before->abandon();  // destroyed while it was current
     return done;
 }
@@ -129,10 +134,12 @@ EGLBoolean swap_buffers(EGLDisplay display, EGLSurface surface) {
 }
 EGLBoolean swap_with_damage_ext(EGLDisplay display, EGLSurface surface, const EGLint* rects, EGLint count) {
     end_frame(kCallSwapBuffers);
+    if (everything_changed()) rects = nullptr, count = 0;
     return egl.SwapBuffersWithDamageEXT(display, surface, rects, count);
 }
 EGLBoolean swap_with_damage_khr(EGLDisplay display, EGLSurface surface, const EGLint* rects, EGLint count) {
     end_frame(kCallSwapBuffers);
+    if (everything_changed()) rects = nullptr, count = 0;
     return egl.SwapBuffersWithDamageKHR(display, surface, rects, count);
 }
 EGLBoolean copy_buffers(EGLDisplay display, EGLSurface surface, EGLNativePixmapType pixmap) {
@@ -214,6 +221,15 @@ const char* vendor_name() {
 }
 
 }  // namespace
+
+bool surface_size(EGLDisplay display, EGLSurface surface, int& width, int& height) {
+    static const auto query = reinterpret_cast<EGLBoolean (*)(EGLDisplay, EGLSurface, EGLint, EGLint*)>(driver_address("eglQuerySurface"));
+    EGLint w = 0, h = 0;
+    if (!query || !query(display, surface, EGL_WIDTH, &w) || !query(display, surface, EGL_HEIGHT, &h)) return false;
+    width = w;
+    height = h;
+    return true;
+}
 
 void (*driver_function(const char* name))() { return reinterpret_cast<void (*)()>(driver_address(name)); }
 

@@ -1,0 +1,84 @@
+// Auto mode, draw by draw: which draws keep full density, and why.
+#include <algorithm>
+
+#include "render/layer/context.hpp"
+
+namespace fovea::layer {
+
+void Context::add_source_facts(ProgramFacts& facts, GLuint program) {
+    const ProgramSources::Entry entry = share_->sources.get(program);
+    facts.frag_coord = entry.facts.frag_coord;
+    facts.texel_fetch = entry.facts.texel_fetch;
+    facts.no_source = !entry.facts.known;
+    facts.report = entry.report;
+}
+
+// Textures that belong to the framebuffer now bound for drawing: what samples them later reads a picture of the screen.
+void Context::note_drawn_textures() {
+    if (draw_framebuffer_ == 0) return;
+    for (const Attachment& a : read_attachments(GL_DRAW_FRAMEBUFFER))
+        if (a.type == GL_TEXTURE) drawn_textures_.insert(a.name);
+}
+
+bool Context::samples_drawn_texture(const ProgramFacts& facts) {
+    if (drawn_textures_.empty() || facts.samplers_2d.empty()) return false;
+    const auto program = static_cast<GLuint>(get_integer(GL_CURRENT_PROGRAM));
+    if (program == 0) return false;
+    const GLint active = get_integer(GL_ACTIVE_TEXTURE);
+    const bool found = std::any_of(facts.samplers_2d.begin(), facts.samplers_2d.end(), [&](GLint location) {
+        GLint unit = 0;
+        gl.GetUniformiv(program, location, &unit);
+        gl.ActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
+        return drawn_textures_.contains(static_cast<GLuint>(get_integer(GL_TEXTURE_BINDING_2D)));
+    });
+    gl.ActiveTexture(static_cast<GLenum>(active));
+    return found;
+}
+
+FullRate Context::find_reason(GLenum mode, GLsizei count) {
+    const auto counts = [](FullRate reason) { return (auto_settings().reasons >> static_cast<unsigned>(reason) & 1u) != 0; };
+    const ProgramFacts& facts = program_facts();
+    if (facts.frag_coord && counts(FullRate::frag_coord)) return FullRate::frag_coord;
+    if (facts.texel_fetch && counts(FullRate::texel_fetch)) return FullRate::texel_fetch;
+    if (facts.no_source && counts(FullRate::no_source)) return FullRate::no_source;
+    if (mode == GL_POINTS && counts(FullRate::points)) return FullRate::points;
+    const bool lines = mode == GL_LINES || mode == GL_LINE_STRIP || mode == GL_LINE_LOOP;
+    if (lines && counts(FullRate::lines)) return FullRate::lines;
+    // Depth that is neither tested nor written is no depth.
+    GLboolean writes = GL_FALSE;
+    gl.GetBooleanv(GL_DEPTH_WRITEMASK, &writes);
+    const bool depth = gl.IsEnabled(GL_DEPTH_TEST) && (writes || get_integer(GL_DEPTH_FUNC) != GL_ALWAYS);
+    if (depth) return FullRate::none;
+    if (gl.IsEnabled(GL_BLEND) && counts(FullRate::blended_2d)) return FullRate::blended_2d;
+    if (counts(FullRate::full_screen_pass) && samples_drawn_texture(facts)) return FullRate::full_screen_pass;
+    constexpr GLsizei kQuadVertices = 6;
+    if (!facts.samplers_2d.empty() && count >= 0 && count <= kQuadVertices && counts(FullRate::textured_2d)) return FullRate::textured_2d;
+    return FullRate::none;
+}
+
+FullRate Context::judge_draw(GLenum mode, GLsizei vertices) {
+    const FullRate reason = find_reason(mode, vertices);
+    if (ProgramReport* report = program_facts().report)
+        count(reason == FullRate::none ? report->foveated : report->full[static_cast<std::size_t>(reason)]);
+    // What was recorded up to here is foveated; from here on the frame is at full density.
+    if (reason != FullRate::none && recording_ && batch_.drew && !batch_.must_be_native) submit(kCallFullRateDraw);
+    return reason;
+}
+
+// By rule: as large as the settings say, with depth, so that it holds the scene and not a shadow or a filter.
+bool Context::is_main_offscreen() {
+    const double least = auto_settings().offscreen_least;
+    int width = 0, height = 0;
+    if (least <= 0 || draw_framebuffer_ == 0 || !surface_size(display_, surface_, width, height)) return false;
+    bool depth = false, color = false;
+    for (Attachment a : read_attachments(GL_DRAW_FRAMEBUFFER)) {
+        if (a.point == GL_DEPTH_ATTACHMENT) depth = true;
+        if (a.point != GL_COLOR_ATTACHMENT0) continue;
+        find_target(a);
+        color = a.width >= least * width && a.height >= least * height && a.width * height * 2 >= a.height * width &&
+                a.height * width * 2 >= a.width * height;  // and about as wide as it is high, as the surface is
+    }
+    return depth && color;
+}
+
+}  // namespace fovea::layer

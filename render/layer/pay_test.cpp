@@ -1,0 +1,59 @@
+#include "render/layer/pay_test.hpp"
+
+#include <algorithm>
+#include <ctime>
+
+namespace fovea::layer {
+namespace {
+
+std::int64_t read_ns(clockid_t clock) {
+    timespec t{};
+    clock_gettime(clock, &t);
+    return std::int64_t{t.tv_sec} * 1'000'000'000 + t.tv_nsec;
+}
+
+std::int64_t second_smallest(std::array<std::int64_t, PayTest::kMeasured> times) {
+    std::nth_element(times.begin(), times.begin() + 1, times.end());
+    return times[1];
+}
+
+}  // namespace
+
+void PayTest::frame_ended() {
+    if (!always_) frame_ended(read_ns(CLOCK_MONOTONIC), read_ns(CLOCK_PROCESS_CPUTIME_ID));
+}
+
+void PayTest::frame_ended(std::int64_t now_ns, std::int64_t processor_ns) {
+    const std::int64_t wall = now_ns - last_ns_, processor = processor_ns - last_processor_ns_;
+    last_ns_ = now_ns;
+    last_processor_ns_ = processor_ns;
+    const int frame = frame_++;
+    if (phase_ == Phase::hold) {
+        if (frame_ >= hold_) phase_ = Phase::try_full, frame_ = 0;
+        return;
+    }
+    if (frame < kSettle) return;
+    Times& times = phase_ == Phase::try_full ? full_ : levels_;
+    times.wall[static_cast<std::size_t>(frame - kSettle)] = wall;
+    times.processor[static_cast<std::size_t>(frame - kSettle)] = processor;
+    if (frame_ < kSettle + kMeasured) return;
+    frame_ = 0;
+    if (phase_ == Phase::try_full) {
+        phase_ = Phase::try_levels;
+        return;
+    }
+    decide();
+    phase_ = Phase::hold;
+}
+
+void PayTest::decide() {
+    const std::int64_t full = second_smallest(full_.wall), levels = second_smallest(levels_.wall);
+    constexpr std::int64_t kEqual = 50;  // 1/50: closer than that, the pace is set elsewhere
+    const bool equal = std::max(full, levels) - std::min(full, levels) <= full / kEqual;
+    const bool pays = equal ? second_smallest(levels_.processor) < second_smallest(full_.processor) : levels < full;
+    hold_ = decided_ && pays == pays_ ? std::min(hold_ * 2, kMostHold) : std::max(hold_ / 2, kLeastHold);
+    pays_ = pays;
+    decided_ = true;
+}
+
+}  // namespace fovea::layer
