@@ -44,7 +44,11 @@ void Context::submit(Call call) {
     keep_driver_error();
     count(stats.submitted_by[static_cast<unsigned>(call)]);
     Pass& pass = framebuffers_[draw_framebuffer_].pass;
-    if (pass.frame != frame_) pass.mode = Pass::Mode::none, pass.depth_in_levels = false;
+    if (pass.frame != frame_) {
+        // A pbuffer keeps its depth beyond the frame.
+        if (pass.mode == Pass::Mode::levels) pass.depth_in_levels = draw_framebuffer_ == 0;
+        pass.mode = Pass::Mode::none;
+    }
     pass.frame = frame_;
     const std::uint64_t full = static_cast<std::uint64_t>(shape_.width) * static_cast<std::uint64_t>(shape_.height);
     if (choose_levels(pass, call)) {
@@ -65,6 +69,7 @@ void Context::submit(Call call) {
             restore_depth(pass);
         if (automatic) count(stats.auto_native_by[static_cast<std::size_t>(native_reason_)]);
         run_native();
+        if (batch_.depth_cleared) pass.depth_in_levels = false;
         pass.mode = Pass::Mode::native;
         pass.only_cleared = automatic && !batch_.drew && batch_.plain_clears && batch_.color_cleared &&
                             (batch_.depth_cleared || !shape_.has_depth) && (batch_.stencil_cleared || !shape_.has_stencil);

@@ -1,50 +1,13 @@
 // Programs of their own process, started as a user starts them: with `fovea layer run`, and without.
 #include <gtest/gtest.h>
 
-#include <sys/wait.h>
-
-#include <cstdio>
-#include <cstdlib>
-#include <fstream>
 #include <sstream>
-#include <string>
 
 #include <nlohmann/json.hpp>
 
-namespace {
+#include "tests/layer/shell.hpp"
 
-struct Ran {
-    int exit_code = -1;
-    std::string out;
-};
-
-// Standard output of a shell command; standard error goes to `errors` if given, else to nowhere.
-Ran shell(const std::string& command, const std::string& errors = "/dev/null") {
-    Ran ran;
-    // This process has told its own libEGL to load the layer: the programs start without that.
-    std::FILE* pipe = popen(("env -u __EGL_VENDOR_LIBRARY_FILENAMES -u FOVEA_LAYER_STATS " + command + " 2>" + errors).c_str(), "r");
-    if (!pipe) return ran;
-    char buffer[4096];
-    std::size_t n;
-    while ((n = std::fread(buffer, 1, sizeof buffer, pipe)) > 0) ran.out.append(buffer, n);
-    const int status = pclose(pipe);
-    ran.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-    return ran;
-}
-
-const std::string kBin = FOVEA_BIN_DIR;
-const std::string kLayer = kBin + "/fovea layer run --library " FOVEA_LAYER_LIBRARY " ";
-
-std::string file_text(const std::string& path) {
-    std::ifstream in(path);
-    std::stringstream text;
-    text << in.rdbuf();
-    return text.str();
-}
-
-std::string temporary(const char* name) { return testing::TempDir() + "fovea_layer_" + std::to_string(getpid()) + "_" + name; }
-
-}  // namespace
+using namespace fovea::layer_test;
 
 TEST(LayerPrograms, FramebufferExamplesOfTheSpecification) {
     const Ran ran = shell(kLayer + "-- " + kBin + "/layer_framebuffer_examples");

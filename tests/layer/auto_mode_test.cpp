@@ -1,0 +1,104 @@
+// Auto mode: a program that knows nothing of foveation, started as a user starts it.
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/layer/shell.hpp"
+
+using namespace fovea::layer_test;
+
+namespace {
+
+const std::string kProgram = kBin + "/layer_auto_program ";
+const std::string kAuto = kLayer + "--auto --always --focus 0,0 --gain 4 ";
+constexpr const char* kEvery = "scene no_clear frag_coord overlay depth_after_overlay visit full_screen_pass small blit swap scene";
+
+std::string last_line(const std::string& text) {
+    const std::size_t end = text.find_last_not_of('\n'), from = text.rfind('\n', end);
+    return text.substr(from + 1, end - from);
+}
+
+}  // namespace
+
+TEST(AutoMode, FoveatesAProgramThatKnowsNothingOfIt) {
+    EXPECT_EQ(shell(kProgram + "scene").out.substr(0, 26), "scene: middle 1 corner 1\nh");
+    EXPECT_EQ(shell(kAuto + "-- " + kProgram + "scene").out.substr(0, 26), "scene: middle 1 corner 4\nh");
+}
+
+TEST(AutoMode, DrawsWhereItWouldBeWrongKeepFullDensity) {
+    const Ran ran = shell(kAuto + "-- " + kProgram + "scene no_clear frag_coord full_screen_pass overlay");
+    EXPECT_EQ(ran.out.substr(0, ran.out.find("hash")),
+              "scene: middle 1 corner 4\n"
+              "no_clear: middle 1 corner 1\n"
+              "frag_coord: middle 1 corner 1\n"
+              "full_screen_pass: middle 1 corner 1\n"
+              "overlay beside it: 4\n"
+              "overlay: middle 1 corner 1\n");
+}
+
+TEST(AutoMode, TheReportNamesTheReasonOfEachProgram) {
+    const std::string errors = temporary("report");
+    ASSERT_EQ(shell(kAuto + "--report -- " + kProgram + "scene no_clear frag_coord full_screen_pass overlay", errors).exit_code, 0);
+    const std::string report = file_text(errors);
+    for (const char* reason : {"gl_frag_coord 1", "full_screen_pass 1", "blended_2d 1", "because of no_clear: 1"})
+        EXPECT_NE(report.find(reason), std::string::npos) << reason << "\n" << report;
+    std::remove(errors.c_str());
+}
+
+TEST(AutoMode, GainZeroGivesTheDriversPixelsInEveryCase) {
+    const Ran plain = shell(kProgram + kEvery);
+    ASSERT_EQ(plain.exit_code, 0);
+    const Ran zero = shell(kLayer + "--auto --gain 0 --focus 0,0 --always -- " + kProgram + kEvery);
+    EXPECT_EQ(zero.exit_code, 0);
+    EXPECT_EQ(last_line(zero.out), last_line(plain.out));
+}
+
+TEST(AutoMode, DepthOfTheSceneOutlivesAnOverlay) {
+    const Ran plain = shell(kProgram + "depth_after_overlay"), levels = shell(kAuto + "-- " + kProgram + "depth_after_overlay");
+    EXPECT_EQ(levels.out.substr(0, levels.out.find('\n')), plain.out.substr(0, plain.out.find('\n')));
+}
+
+TEST(AutoMode, AClearBeforeAVisitElsewhereIsNotLost) {
+    const Ran ran = shell(kAuto + "-- " + kProgram + "visit");
+    EXPECT_EQ(ran.out.substr(0, ran.out.find("hash")), "visit cleared to 128\nvisit: middle 1 corner 4\n");
+}
+
+TEST(AutoMode, SurfacesBlitsAndSwapsWithoutADraw) {
+    const Ran ran = shell(kAuto + "-- " + kProgram + "small swap blit scene");
+    EXPECT_EQ(ran.out.substr(0, ran.out.find("hash")),
+              "small: middle 1 corner 4\n"
+              "blit: middle 1 corner 4\n"
+              "scene: middle 1 corner 4\n");
+}
+
+TEST(AutoMode, WithoutADaemonTheMiddleStaysSharp) {
+    const Ran ran = shell("FOVEA_SOCKET=/nonexistent/focus.sock " + kLayer + "--auto --always --gain 8 -- " + kProgram + "scene");
+    EXPECT_EQ(ran.out.substr(0, 24), "scene: middle 1 corner 4");
+}
+
+TEST(AutoMode, RulesOfTheProgramAreFoundByItsName) {
+    const std::string folder = temporary("rules");
+    ASSERT_EQ(mkdir(folder.c_str(), 0700), 0);
+    std::ofstream(folder + "/a.toml") << "programs = [\"layer_auto_*\"]\nexcept = [\"gl_frag_coord\"]\n";
+    EXPECT_EQ(shell(kAuto + "--rules " + folder + " -- " + kProgram + "frag_coord").out.substr(0, 29), "frag_coord: middle 1 corner 4");
+    std::ofstream(folder + "/a.toml") << "programs = [\"layer_auto_*\"]\ngian_x = 3\n";
+    const std::string errors = temporary("rules_errors");
+    EXPECT_EQ(shell(kAuto + "--rules " + folder + " -- " + kProgram + "scene", errors).exit_code, 3);
+    EXPECT_NE(file_text(errors).find("gian_x"), std::string::npos) << file_text(errors);
+    std::ofstream(folder + "/a.toml") << "programs = [\"another\"]\nexcept = [\"gl_frag_coord\"]\n";
+    EXPECT_EQ(shell(kAuto + "--rules " + folder + " -- " + kProgram + "frag_coord").out.substr(0, 29), "frag_coord: middle 1 corner 1");
+    std::remove((folder + "/a.toml").c_str());
+    std::remove(folder.c_str());
+    std::remove(errors.c_str());
+}
+
+TEST(AutoMode, WrongOptionsAreNamed) {
+    const std::string errors = temporary("wrong");
+    EXPECT_EQ(shell(kLayer + "--auto --gain x -- true", errors).exit_code, 3);
+    EXPECT_NE(file_text(errors).find("--gain"), std::string::npos);
+    EXPECT_EQ(shell(kLayer + "--auto --focus 1 -- true", errors).exit_code, 3);
+    EXPECT_EQ(shell(kLayer + "--gain 4 -- true", errors).exit_code, 2);  // needs --auto
+    std::remove(errors.c_str());
+}

@@ -1,0 +1,78 @@
+#include "render/layer/pay_test.hpp"
+
+#include <gtest/gtest.h>
+
+using fovea::layer::PayTest;
+
+namespace {
+
+// Runs frames that take `full` or `levels` nanoseconds (of a processor: the same, unless `processor_levels` is given),
+// as the test wants them drawn; says how many were in levels.
+struct Frames {
+    PayTest test;
+    std::int64_t now = 0, processor = 0;
+    int frames(int n, std::int64_t full, std::int64_t levels, std::int64_t processor_full, std::int64_t processor_levels) {
+        int in_levels = 0;
+        for (int i = 0; i < n; ++i) {
+            const bool as_levels = test.levels_now();
+            in_levels += as_levels;
+            now += as_levels ? levels : full;
+            processor += as_levels ? processor_levels : processor_full;
+            test.frame_ended(now, processor);
+        }
+        return in_levels;
+    }
+};
+
+constexpr int kTrial = 2 * (PayTest::kSettle + PayTest::kMeasured);
+
+}  // namespace
+
+TEST(PayTest, KeepsFullDensityWhereLevelsTakeLonger) {
+    Frames run;
+    EXPECT_EQ(run.frames(kTrial, 1'000'000, 2'000'000, 0, 0), kTrial / 2);
+    EXPECT_EQ(run.frames(PayTest::kLeastHold, 1'000'000, 2'000'000, 0, 0), 0);
+}
+
+TEST(PayTest, GoesToLevelsWhereTheyAreFaster) {
+    Frames run;
+    run.frames(kTrial, 2'000'000, 1'000'000, 0, 0);
+    EXPECT_EQ(run.frames(PayTest::kLeastHold, 2'000'000, 1'000'000, 0, 0), PayTest::kLeastHold);
+}
+
+TEST(PayTest, AtTheDisplaysPaceTheProcessorDecides) {
+    Frames run;
+    run.frames(kTrial, 16'666'667, 16'666'667, 4'000'000, 9'000'000);
+    EXPECT_FALSE(run.test.levels_now());
+    Frames other;
+    other.frames(kTrial, 16'666'667, 16'666'667, 9'000'000, 4'000'000);
+    EXPECT_TRUE(other.test.levels_now());
+}
+
+TEST(PayTest, TriesAgainAndFollowsAChangeOfScene) {
+    Frames run;
+    run.frames(kTrial + PayTest::kLeastHold, 1'000'000, 2'000'000, 0, 0);
+    EXPECT_EQ(run.frames(kTrial, 3'000'000, 2'000'000, 0, 0), kTrial / 2);
+    EXPECT_EQ(run.frames(PayTest::kLeastHold, 3'000'000, 2'000'000, 0, 0), PayTest::kLeastHold);
+}
+
+TEST(PayTest, TrialsThatAgreeComeLessOften) {
+    Frames run;
+    run.frames(kTrial + PayTest::kLeastHold + kTrial, 1'000'000, 2'000'000, 0, 0);
+    EXPECT_EQ(run.frames(2 * PayTest::kLeastHold, 1'000'000, 2'000'000, 0, 0), 0);
+    EXPECT_EQ(run.frames(kTrial, 1'000'000, 2'000'000, 0, 0), kTrial / 2);
+}
+
+TEST(PayTest, OneSlowFrameOfTheMeasuredDecidesNothing) {
+    Frames run;
+    run.frames(PayTest::kSettle + 3, 1'000'000, 900'000, 0, 0);
+    run.now += 500'000'000;  // the machine was elsewhere
+    run.frames(kTrial - PayTest::kSettle - 3, 1'000'000, 900'000, 0, 0);
+    EXPECT_TRUE(run.test.levels_now());
+}
+
+TEST(PayTest, AlwaysMeansAlways) {
+    Frames run;
+    run.test.set_always(true);
+    EXPECT_EQ(run.frames(100, 1, 2, 0, 0), 100);
+}
