@@ -22,12 +22,15 @@ std::string escaped(const std::string& s) {
         if (c == '<') out += "&lt;";
         else if (c == '&') out += "&amp;";
         else if (c == '"') out += "&quot;";
+        else if (c == '\'') out += "&#39;";
         else out += c;
     }
     return out;
 }
 
-constexpr const char* kColours[] = {"#1b6ca8", "#c2410c", "#2f855a", "#7c3aed", "#b7791f", "#be185d", "#0f766e", "#4b5563", "#9a3412", "#1e3a8a"};
+// Readable on white and on near-black.
+constexpr const char* kColours[] = {"#2b82c9", "#d9621e", "#3c9d6a", "#9061f2", "#c08a2b", "#d6457f", "#1f9e92", "#7b8794", "#b5533c", "#5b74d6"};
+constexpr const char* kFrontier = "Pareto frontier";
 
 struct Axis {
     bool log;
@@ -55,39 +58,46 @@ Axis axis_for(const TradeoffPlot& plot, bool x, double from, double to) {
     return {log, low == 0 && !log ? 0 : low - pad, high + pad, from, to};
 }
 
+// Marks (curves of one point) carry their number in the list beside the plot, so that colour alone tells nothing.
 std::string svg(const TradeoffPlot& plot) {
-    constexpr double kWidth = 760, kHeight = 420, kLeft = 70, kRight = 190, kTop = 34, kBottom = 50;
-    const Axis x = axis_for(plot, true, kLeft, kWidth - kRight), y = axis_for(plot, false, kHeight - kBottom, kTop);
+    constexpr double kWidth = 860, kLeft = 70, kRight = 270, kTop = 34, kBottom = 50, kLine = 17;
+    const double height = std::max(420.0, kTop + kLine * static_cast<double>(plot.curves.size()) + 16);
+    const Axis x = axis_for(plot, true, kLeft, kWidth - kRight), y = axis_for(plot, false, height - kBottom, kTop);
     std::string s;
     auto to = std::back_inserter(s);
-    fmt::format_to(to, "<svg viewBox='0 0 {} {}' width='{}' font-family='sans-serif' font-size='12'>", kWidth, kHeight, kWidth);
+    fmt::format_to(to, "<svg viewBox='0 0 {} {}' width='{}' font-family='sans-serif' font-size='12' fill='currentColor'>", kWidth, height, kWidth);
     fmt::format_to(to, "<text x='{}' y='18' font-weight='bold'>{}</text>", kLeft, escaped(plot.title));
-    fmt::format_to(to, "<rect x='{}' y='{}' width='{}' height='{}' fill='none' stroke='#999'/>", kLeft, kTop, kWidth - kLeft - kRight, kHeight - kTop - kBottom);
+    fmt::format_to(to, "<rect x='{}' y='{}' width='{}' height='{}' fill='none' stroke='var(--faint)'/>", kLeft, kTop, kWidth - kLeft - kRight, height - kTop - kBottom);
     for (int i = 0; i <= 5; ++i) {
         const double share = i / 5.0;
         const auto value = [&](const Axis& a) { const double v = a.low + share * (a.high - a.low); return a.log ? std::pow(10, v) : v; };
         const double px = x(value(x)), py = y(value(y));
-        fmt::format_to(to, "<line x1='{0:.1f}' x2='{0:.1f}' y1='{1}' y2='{2}' stroke='#eee'/><text x='{0:.1f}' y='{3}' text-anchor='middle' fill='#555'>{4}</text>", px, kTop, kHeight - kBottom, kHeight - kBottom + 16, number(value(x)));
-        fmt::format_to(to, "<line y1='{0:.1f}' y2='{0:.1f}' x1='{1}' x2='{2}' stroke='#eee'/><text x='{3}' y='{4:.1f}' text-anchor='end' fill='#555'>{5}</text>", py, kLeft, kWidth - kRight, kLeft - 6, py + 4, number(value(y)));
+        fmt::format_to(to, "<line x1='{0:.1f}' x2='{0:.1f}' y1='{1}' y2='{2}' stroke='var(--line)'/><text x='{0:.1f}' y='{3}' text-anchor='middle'>{4}</text>", px, kTop, height - kBottom, height - kBottom + 16, number(value(x)));
+        fmt::format_to(to, "<line y1='{0:.1f}' y2='{0:.1f}' x1='{1}' x2='{2}' stroke='var(--line)'/><text x='{3}' y='{4:.1f}' text-anchor='end'>{5}</text>", py, kLeft, kWidth - kRight, kLeft - 6, py + 4, number(value(y)));
     }
-    fmt::format_to(to, "<text x='{}' y='{}' text-anchor='middle'>{}</text>", (kLeft + kWidth - kRight) / 2, kHeight - 12, escaped(plot.x_name));
-    fmt::format_to(to, "<text transform='translate(16 {}) rotate(-90)' text-anchor='middle'>{}</text>", (kTop + kHeight - kBottom) / 2, escaped(plot.y_name));
+    fmt::format_to(to, "<text x='{}' y='{}' text-anchor='middle'>{}</text>", (kLeft + kWidth - kRight) / 2, height - 12, escaped(plot.x_name));
+    fmt::format_to(to, "<text transform='translate(16 {}) rotate(-90)' text-anchor='middle'>{}</text>", (kTop + height - kBottom) / 2, escaped(plot.y_name));
     std::size_t i = 0;
     for (const auto& c : plot.curves) {
-        const char* colour = kColours[i % std::size(kColours)];
+        const std::string colour = c.points.size() != 1 && c.name == kFrontier ? "currentColor" : kColours[i % std::size(kColours)];
+        std::string mark;
         if (c.points.size() == 1) {
+            mark = fmt::format("{} ", i + 1);
             const double px = x(c.points[0].first), py = y(c.points[0].second);
             if (std::isfinite(px) && std::isfinite(py))
-                fmt::format_to(to, "<circle cx='{:.1f}' cy='{:.1f}' r='4' fill='{}'/>", px, py, colour);
+                fmt::format_to(to, "<circle cx='{:.1f}' cy='{:.1f}' r='4' fill='{}'/><text x='{:.1f}' y='{:.1f}' font-size='10'>{}</text>", px, py, colour, px + 6, py - 3, i + 1);
         } else {
-            fmt::format_to(to, "<polyline fill='none' stroke='{}' stroke-width='1.6' points='", colour);
+            fmt::format_to(to, "<polyline fill='none' stroke='{}' stroke-width='1.6'{} points='", colour, c.name == kFrontier ? " stroke-dasharray='5 3'" : "");
             for (const auto& p : c.points) {
                 const double px = x(p.first), py = y(p.second);
                 if (std::isfinite(px) && std::isfinite(py)) fmt::format_to(to, "{:.1f},{:.1f} ", px, py);
             }
             s += "'/>";
+            if (c.name == kFrontier)   // a ring around each of its marks
+                for (const auto& p : c.points) fmt::format_to(to, "<circle cx='{:.1f}' cy='{:.1f}' r='7' fill='none' stroke='currentColor'/>", x(p.first), y(p.second));
         }
-        fmt::format_to(to, "<rect x='{}' y='{}' width='10' height='10' fill='{}'/><text x='{}' y='{}'>{}</text>", kWidth - kRight + 12, kTop + 4 + 17 * static_cast<double>(i), colour, kWidth - kRight + 28, kTop + 13 + 17 * static_cast<double>(i), escaped(c.name));
+        const double line = kTop + kLine * static_cast<double>(i);
+        fmt::format_to(to, "<rect x='{}' y='{}' width='10' height='10' fill='{}'/><text x='{}' y='{}'>{}{}</text>", kWidth - kRight + 12, line + 4, colour, kWidth - kRight + 28, line + 13, mark, escaped(c.name));
         ++i;
     }
     return s + "</svg>\n";
@@ -119,7 +129,7 @@ std::string to_text(const TradeoffTable& table) {
     for (const auto& c : table.columns) fmt::format_to(to, " {:>{}}", c, std::max<std::size_t>(8, c.size()));
     s += '\n';
     for (const auto& r : table.rows) {
-        fmt::format_to(to, "{} {:<{}} {:>10}", r.frontier ? '*' : ' ', r.method, width, number(r.cost_ns));
+        fmt::format_to(to, "{} {:<{}} {:>10}", r.frontier ? '*' : ' ', r.method, width, number(r.cost_ns / table.cost_unit_ns));
         for (std::size_t i = 0; i < table.columns.size(); ++i)
             fmt::format_to(to, " {:>{}}", number(r.values[i]), std::max<std::size_t>(8, table.columns[i].size()));
         s += '\n';
@@ -148,6 +158,7 @@ std::string to_json(const std::vector<TradeoffTable>& tables) {
         for (const auto& r : t.rows) {
             nlohmann::json row = {{"method", r.method}, {"cost_ns", value(r.cost_ns)}, {"error", value(r.error)}, {"frontier", r.frontier}};
             for (std::size_t i = 0; i < t.columns.size(); ++i) row[t.columns[i]] = value(r.values[i]);
+            if (!r.toml.empty()) row["toml"] = r.toml;
             rows.push_back(std::move(row));
         }
         all.push_back({{"title", t.title}, {"note", t.note}, {"rows", std::move(rows)}});
@@ -157,10 +168,11 @@ std::string to_json(const std::vector<TradeoffTable>& tables) {
 
 TradeoffPlot plot_of(const TradeoffTable& table) {
     TradeoffPlot plot{table.title, table.cost_name, table.error_name, true, false, {}};
-    TradeoffCurve frontier{"Pareto frontier", {}};
+    TradeoffCurve frontier{kFrontier, {}};
     for (const auto& r : table.rows) {
-        plot.curves.push_back({r.method, {{r.cost_ns, r.error}}});
-        if (r.frontier) frontier.points.push_back({r.cost_ns, r.error});
+        const double cost = r.cost_ns / table.cost_unit_ns;
+        plot.curves.push_back({r.method, {{cost, r.error}}});
+        if (r.frontier) frontier.points.push_back({cost, r.error});
     }
     std::sort(frontier.points.begin(), frontier.points.end());
     if (frontier.points.size() > 1) plot.curves.push_back(std::move(frontier));
@@ -168,21 +180,34 @@ TradeoffPlot plot_of(const TradeoffTable& table) {
 }
 
 std::string to_html(const std::string& title, const std::vector<TradeoffTable>& tables, const std::vector<TradeoffPlot>& plots) {
-    std::string s = "<!doctype html><meta charset='utf-8'><title>" + escaped(title) +
-                    "</title><style>body{font-family:sans-serif;margin:2em;max-width:70em}table{border-collapse:collapse;"
-                    "margin:1em 0}td,th{padding:2px 9px;text-align:right;border-bottom:1px solid #ddd}td:first-child{"
-                    "text-align:left}tr.frontier{background:#eef7ee}</style><h1>" + escaped(title) + "</h1>\n";
+    std::string s = "<!doctype html><html lang='en'><meta charset='utf-8'><title>" + escaped(title) +
+                    "</title><style>:root{color-scheme:light dark;--ink:#1c1f23;--paper:#fff;--line:#e6e6e6;--faint:#999;--mark:#e6f3e6}"
+                    "@media(prefers-color-scheme:dark){:root{--ink:#e3e6ea;--paper:#15181c;--line:#30353c;--faint:#777;--mark:#1e3527}}"
+                    "body{font-family:sans-serif;margin:2em;max-width:78em;color:var(--ink);background:var(--paper)}"
+                    "table{border-collapse:collapse;margin:1em 0}td,th{padding:2px 9px;text-align:right;border-bottom:1px solid var(--line)}"
+                    "td:first-child,th:first-child{text-align:left}tr.frontier{background:var(--mark)}svg{max-width:100%;display:block;margin:1em 0}"
+                    "figure{display:inline-block;margin:6px 10px 6px 0}figcaption{font-size:12px}img{image-rendering:pixelated}</style><h1>" + escaped(title) + "</h1>\n";
     for (const auto& p : plots) s += svg(p);
     for (const auto& t : tables) {
         s += "<h2>" + escaped(t.title) + "</h2><p>" + escaped(t.note) + " Green: on the Pareto frontier.</p><table><tr><th>method<th>" + escaped(t.cost_name);
         for (const auto& c : t.columns) s += "<th>" + escaped(c);
         for (const auto& r : t.rows) {
-            s += fmt::format("<tr{}><td>{}<td>{}", r.frontier ? " class='frontier'" : "", escaped(r.method), number(r.cost_ns));
+            s += fmt::format("<tr{}><td>{}<td>{}", r.frontier ? " class='frontier'" : "", escaped(r.method), number(r.cost_ns / t.cost_unit_ns));
             for (const double v : r.values) s += "<td>" + number(v);
         }
         s += "</table>\n";
+        for (const auto& r : t.rows) {
+            if (!r.frontier || r.pictures.empty()) continue;
+            s += "<figure>";
+            std::string captions;
+            for (const auto& p : r.pictures) {
+                s += fmt::format("<img width='192' alt='{}: {}' src='{}'> ", escaped(r.method), escaped(p.caption), p.data_uri);
+                captions += (captions.empty() ? "" : ", ") + p.caption;
+            }
+            s += "<figcaption>" + escaped(r.method) + " (" + escaped(captions) + ")</figcaption></figure>\n";
+        }
     }
-    return s;
+    return s + "</html>\n";
 }
 
 }  // namespace fovea::tools

@@ -8,6 +8,9 @@
 
 namespace fovea::tools {
 
+struct TradeoffPicture {
+    std::string caption, data_uri;
+};
 struct TradeoffRow {
     std::string method;
     double cost_ns = 0;            // per sample, measured in this run; NaN: not a matter of cost
@@ -15,11 +18,13 @@ struct TradeoffRow {
     std::vector<double> values;    // one per TradeoffTable::columns; NaN prints as "-"
     bool frontier = false;         // no other row is both cheaper and better
     std::string toml;              // the setting as the daemon's config says it
+    std::vector<TradeoffPicture> pictures{};   // what it looks like; only the page shows them, of the frontier's rows
 };
 
 struct TradeoffTable {
     std::string title, note;       // one line each
     std::string cost_name = "ns/sample", error_name;  // the axes
+    double cost_unit_ns = 1;                          // of cost_name; CSV and JSON say nanoseconds
     std::vector<std::string> columns;
     std::vector<TradeoffRow> rows;
 };
@@ -41,6 +46,7 @@ void mark_frontier(TradeoffTable& table);
 [[nodiscard]] std::string to_text(const TradeoffTable& table);
 [[nodiscard]] std::string to_csv(const TradeoffTable& table);
 [[nodiscard]] std::string to_json(const std::vector<TradeoffTable>& tables);
+// Readable on a dark and on a light screen; needs nothing from elsewhere.
 [[nodiscard]] std::string to_html(const std::string& title, const std::vector<TradeoffTable>& tables,
                                   const std::vector<TradeoffPlot>& plots);
 // Cost against error, the frontier joined.
