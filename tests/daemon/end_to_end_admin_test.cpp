@@ -1,10 +1,13 @@
-// What administrators ask of a real fovead while it runs: recordings that begin and end, another source.
+// What administrators ask of a real fovead with `fovea admin` and `fovea status`.
 #include <gmock/gmock.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <fstream>
 
 #include "daemon/service/admin_client.hpp"
 #include "daemon/service/admin_request.hpp"
+#include "protocol/handshake.hpp"
 #include "replay/session_file.hpp"
 #include "tests/daemon/daemon_process.hpp"
 
@@ -140,6 +143,43 @@ TEST(FoveadAdmin, SwitchesItsSourceAndGoesBackOnReload) {
     EXPECT_TRUE(eventually([&] { return ended() && daemon.ask("status").find("short.csv") == std::string::npos; })) << daemon.ask("status");
     EXPECT_EQ(admin(folder, {"stop"}).code, 0);
     EXPECT_EQ(daemon.wait(), 0);
+}
+
+TEST(FoveaStatus, ShowsARunningDaemonAsTableAndAsJson) {
+    const TemporaryFolder folder;
+    DaemonProcess daemon(folder, {.arguments = {"--set", "source.loop=true", "--record", folder / "s.fovea"}});
+    ASSERT_TRUE(daemon.ready()) << daemon.log();
+    ASSERT_TRUE(eventually([&] { return daemon.number("published") > 10; }));
+    const auto client = connect_to_daemon(daemon.focus_socket(), {.abi = kAbiVersion, .grants = kGrantFocus, .pid = 1, .name = "my\x1b[31mapp"},
+                                          std::chrono::seconds(20));
+    ASSERT_TRUE(client);
+    const Finished table = test::run_program({FOVEA_BIN_DIR "/fovea", "status", "--run-dir", folder.path().string()});
+    EXPECT_EQ(table.code, 0) << table.error;
+    for (const char* expected : {"fovead        0.1.0", "state       running", "clients       1 now", "my?[31mapp", "recorder      ", "models published"})
+        EXPECT_THAT(table.out, HasSubstr(expected));
+    const Finished json = test::run_program({FOVEA_BIN_DIR "/fovea", "status", "--json", "--run-dir", folder.path().string()});
+    EXPECT_EQ(json.code, 0) << json.error;
+    EXPECT_THAT(json.out, HasSubstr("\"state\": \"running\""));
+}
+
+TEST(FoveaStatus, SaysThatNoDaemonRunsWithCodeFour) {
+    const TemporaryFolder folder;
+    const Finished f = test::run_program({FOVEA_BIN_DIR "/fovea", "status", "--run-dir", folder.path().string()});
+    EXPECT_EQ(f.code, 4);
+    EXPECT_THAT(f.error, HasSubstr("no fovead is running here"));
+    EXPECT_THAT(f.error, HasSubstr("--run-dir"));
+}
+
+TEST(FoveaStatus, IsRefusedToOtherUsers) {
+    if (::geteuid() != 0) GTEST_SKIP() << "only root can be another user";
+    const TemporaryFolder folder;
+    DaemonProcess daemon(folder);
+    ASSERT_TRUE(daemon.ready()) << daemon.log();
+    ASSERT_EQ(::chmod(folder.path().c_str(), 0755), 0);
+    const std::string fovea = test::copy_for_others(FOVEA_BIN_DIR "/fovea", folder);
+    const Finished status = test::run_program({fovea, "status", "--socket", daemon.admin_socket()}, 65534);
+    EXPECT_EQ(status.code, 1);
+    EXPECT_THAT(status.error, HasSubstr("only root and the user who runs fovead may"));
 }
 
 }  // namespace

@@ -235,31 +235,6 @@ TEST(Fovead, AnswersAdministratorsInJsonLines) {
     EXPECT_EQ(daemon.wait(), 0);
 }
 
-TEST(FoveaStatus, ShowsARunningDaemonAsTableAndAsJson) {
-    const TemporaryFolder folder;
-    DaemonProcess daemon(folder, {.arguments = {"--set", "source.loop=true", "--record", folder / "s.fovea"}});
-    ASSERT_TRUE(daemon.ready()) << daemon.log();
-    ASSERT_TRUE(eventually([&] { return daemon.number("published") > 10; }));
-    const auto client = connect_to_daemon(daemon.focus_socket(), {.abi = kAbiVersion, .grants = kGrantFocus, .pid = 1, .name = "my\x1b[31mapp"},
-                                          std::chrono::seconds(20));
-    ASSERT_TRUE(client);
-    const Finished table = run_program({FOVEA_BIN_DIR "/fovea", "status", "--run-dir", folder.path().string()});
-    EXPECT_EQ(table.code, 0) << table.error;
-    for (const char* expected : {"fovead        0.1.0", "state       running", "clients       1 now", "my?[31mapp", "recorder      ", "models published"})
-        EXPECT_THAT(table.out, HasSubstr(expected));
-    const Finished json = run_program({FOVEA_BIN_DIR "/fovea", "status", "--json", "--run-dir", folder.path().string()});
-    EXPECT_EQ(json.code, 0) << json.error;
-    EXPECT_THAT(json.out, HasSubstr("\"state\": \"running\""));
-}
-
-TEST(FoveaStatus, SaysThatNoDaemonRunsWithCodeFour) {
-    const TemporaryFolder folder;
-    const Finished f = run_program({FOVEA_BIN_DIR "/fovea", "status", "--run-dir", folder.path().string()});
-    EXPECT_EQ(f.code, 4);
-    EXPECT_THAT(f.error, HasSubstr("no fovead is running here"));
-    EXPECT_THAT(f.error, HasSubstr("--run-dir"));
-}
-
 std::uint64_t bits(double v) { return std::bit_cast<std::uint64_t>(v); }
 
 // Every field that does not depend on when the daemon ran; times relative to `origin`.
