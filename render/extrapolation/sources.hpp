@@ -9,9 +9,11 @@
 
 #include "render/extrapolation/image.hpp"
 #include "render/extrapolation/plane.hpp"
-#include "render/extrapolation/thread_pool.hpp"
+#include "render/threads/thread_pool.hpp"
 
 namespace fovea::render::extrapolation {
+
+using threads::ThreadPool;
 
 inline constexpr int kTilePx = 16;
 

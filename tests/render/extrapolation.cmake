@@ -2,6 +2,7 @@
 fovea_test(fovea_extrapolation_test SOURCES
   allocation_count.cpp
   extrapolation_test.cpp
+  threads_test.cpp
   LINK fovea_extrapolation
   LABELS render asan tsan)
 fovea_test(fovea_extrapolation_gl_test SOURCES

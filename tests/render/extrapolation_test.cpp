@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 #include <limits>
 
-#include "render/extrapolation/thread_pool.hpp"
 #include "tests/render/allocation_count.hpp"
 #include "tests/render/extrapolation_pictures.hpp"
 
@@ -318,19 +317,6 @@ TEST(Extrapolation, SteadyFramesDoNotAllocate) {
     ASSERT_EQ(run(e, a, b, out, 0.5f), Outcome::ok);
     ASSERT_EQ(run(e, b, a, out, -0.7f), Outcome::ok);
     EXPECT_EQ(fovea::test::allocation_count(), before);
-}
-
-TEST(ThreadPool, DoesEveryRowOnce) {
-    for (const int threads : {1, 2, 5}) {
-        ThreadPool pool(threads);
-        for (int round = 0; round < 200; ++round) {
-            std::vector<int> done(97, 0);
-            pool.run(97, 1 + round % 13, [&](int begin, int end) {
-                for (int i = begin; i < end; ++i) ++done[static_cast<std::size_t>(i)];
-            });
-            for (const int d : done) ASSERT_EQ(d, 1);
-        }
-    }
 }
 
 }  // namespace

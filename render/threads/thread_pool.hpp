@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-namespace fovea::render::extrapolation {
+namespace fovea::threads {
 
 class ThreadPool {
 public:
@@ -39,4 +39,4 @@ private:
     int count_ = 0, chunk_ = 1;
 };
 
-}  // namespace fovea::render::extrapolation
+}  // namespace fovea::threads

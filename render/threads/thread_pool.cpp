@@ -1,8 +1,8 @@
-#include "render/extrapolation/thread_pool.hpp"
+#include "render/threads/thread_pool.hpp"
 
 #include <algorithm>
 
-namespace fovea::render::extrapolation {
+namespace fovea::threads {
 
 ThreadPool::ThreadPool(int threads) {
     threads_.reserve(static_cast<std::size_t>(std::max(threads - 1, 0)));
@@ -57,4 +57,4 @@ void ThreadPool::run_raw(int count, int chunk, Call call, const void* work) noex
         busy_.wait(left, std::memory_order_acquire);
 }
 
-}  // namespace fovea::render::extrapolation
+}  // namespace fovea::threads
