@@ -33,6 +33,7 @@ Result<Plan> Plan::create(const PlanSettings& wanted) {
     if (s.bin_px != 0 && (s.bin_px < 4 || s.bin_px > 1024))
         return bad("bins of " + std::to_string(s.bin_px) + " pixels", "0 (automatic) or 4 to 1024");
     if (!(s.min_density >= 0 && s.min_density <= 1)) return bad("minimum density outside [0, 1]", "use 0 for none");
+    if (s.guard_texels < 0 || s.guard_texels > 2) return bad("a guard ring of " + std::to_string(s.guard_texels) + " texels", "0 to 2 are possible");
     int max_shift = 0;
     for (int i = 0; i < s.level_count; ++i) {
         const LevelScale level = s.levels[static_cast<std::size_t>(i)];
@@ -47,6 +48,7 @@ Result<Plan> Plan::create(const PlanSettings& wanted) {
     }
     if (s.bin_px == 0) s.bin_px = std::max(4, (std::max(s.width_px, s.height_px) + kDefaultBins - 1) / kDefaultBins);
     s.bin_px = ceil_shift(s.bin_px, max_shift) << max_shift;
+    s.bin_px = std::max(s.bin_px, s.guard_texels << max_shift);   // the ring ends in the next bin
 
     Plan plan;
     plan.settings_ = s;
@@ -211,7 +213,8 @@ void Plan::count_texels(int level) noexcept {
                   static_cast<std::uint64_t>(ceil_shift(p.y1, scale.y_shift) - (p.y0 >> scale.y_shift));
     }
     const BinRect box = bounds(level);
-    if (level > 0 && !box.empty())
+    const int ring = settings_.guard_texels;
+    if (level > 0 && !box.empty() && ring > 0)
         for (int r = std::max(0, box.y0 - 1); r < std::min(rows_, box.y1 + 1); ++r)
             for (int c = std::max(0, box.x0 - 1); c < std::min(columns_, box.x1 + 1); ++c) {
                 if (is(c, r)) continue;
@@ -220,12 +223,13 @@ void Plan::count_texels(int level) noexcept {
                                             static_cast<std::uint16_t>(c + 1), static_cast<std::uint16_t>(r + 1)});
                 const int w = ceil_shift(p.x1, scale.x_shift) - (p.x0 >> scale.x_shift);
                 const int h = ceil_shift(p.y1, scale.y_shift) - (p.y0 >> scale.y_shift);
-                const int across = std::min(w, left + right), up = std::min(h, below + above);
+                const int across = std::min(w, ring * (left + right)), up = std::min(h, ring * (below + above));
                 int texels = across * h + up * w - across * up;
-                texels += !left && !below && is(c - 1, r - 1);
-                texels += !right && !below && is(c + 1, r - 1);
-                texels += !left && !above && is(c - 1, r + 1);
-                texels += !right && !above && is(c + 1, r + 1);
+                const int corner = std::min(w, ring) * std::min(h, ring);
+                texels += corner * (!left && !below && is(c - 1, r - 1));
+                texels += corner * (!right && !below && is(c + 1, r - 1));
+                texels += corner * (!left && !above && is(c - 1, r + 1));
+                texels += corner * (!right && !above && is(c + 1, r + 1));
                 guard += static_cast<std::uint64_t>(std::min(texels, w * h));
             }
     texels_[static_cast<std::size_t>(level)] = inside;

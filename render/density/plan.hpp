@@ -46,6 +46,7 @@ struct PlanSettings {
     double min_density = 0;                 // 0 to 1
     std::array<LevelScale, kMaxLevels> levels{{{0, 0}, {1, 1}, {2, 2}}};  // level 0 is {0, 0}; pixels fall from one to the next
     int level_count = 3;                    // 1 to kMaxLevels
+    int guard_texels = 1;                   // width of the ring that the resolve's filter reads around a level's bins, 0 to 2
 };
 
 // Half-open, in bins.
@@ -96,7 +97,7 @@ public:
     // Size of a level's image that covers the whole view: ceil(size / 2^shift).
     [[nodiscard]] int level_width_px(int level) const noexcept;
     [[nodiscard]] int level_height_px(int level) const noexcept;
-    // Texels of a level's image in its bins, and in a ring one texel wide around them (inside the image). Level 0 has
+    // Texels of a level's image in its bins, and in a ring `guard_texels` wide around them (inside the image). Level 0 has
     // no ring. Exact when the image is a whole number of the level's texels, else within one texel per row and column.
     [[nodiscard]] std::uint64_t texels(int level) const noexcept { return texels_[static_cast<std::size_t>(level)]; }
     [[nodiscard]] std::uint64_t guard_texels(int level) const noexcept { return guard_[static_cast<std::size_t>(level)]; }

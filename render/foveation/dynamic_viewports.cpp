@@ -50,11 +50,16 @@ Result<std::unique_ptr<Method>> DynamicViewports::create(const MethodSettings& s
 }
 
 Result<void> DynamicViewports::prepare(std::span<const ViewTarget> targets) {
-    if (std::equal(targets.begin(), targets.end(), prepared_.begin(), prepared_.end())) return {};
-    prepared_.clear();
+    const auto same = prepared_.same(targets);
+    if (!same) return std::unexpected(same.error());
+    return *same ? Result<void>{} : prepared_.settle(make_places(targets));
+}
+
+Result<void> DynamicViewports::make_places(std::span<const ViewTarget> targets) {
     own_.clear();
     const DynamicViewportSettings& s = settings_.dynamic_viewports;
     const std::size_t n = targets.size();
+    if (n == 0) return {};
     // The API's texture sizes: contexts of all views, then focuses; and the normal ones.
     std::vector<density::ViewportSize> foveated(2 * n), plain(n);
     for (std::size_t i = 0; i < n; ++i) {
@@ -100,7 +105,6 @@ Result<void> DynamicViewports::prepare(std::span<const ViewTarget> targets) {
         normal_[i] = place(2 * n + i, plain_at[i]);
     }
     regions_.assign(n, {});
-    prepared_.assign(targets.begin(), targets.end());
     return {};
 }
 
@@ -151,17 +155,22 @@ void DynamicViewports::compose(const Place& context, const Place& focus, const V
 
 FrameCost DynamicViewports::submit(const gl::CommandList& draws, std::span<const ViewTarget> targets,
                                    std::span<const ViewFocus> focus) noexcept {
+    FOVEA_REQUIRE(focus.size() >= targets.size());
     FrameCost cost;
     counter_.begin();
-    const bool ready = std::equal(targets.begin(), targets.end(), prepared_.begin(), prepared_.end());
     // The status is that of the tracker, not of one view: all views are normal, or all are foveated.
-    const bool foveated = std::all_of(focus.begin(), focus.end(), has_gaze);
+    const bool foveated = std::all_of(focus.begin(), focus.begin() + static_cast<std::ptrdiff_t>(targets.size()), has_gaze);
+    const auto composed = [&](std::size_t i) { return !draws.empty() && *prepared_.obstacle(targets, i, draws.clear()) == 0; };
     for (std::size_t i = 0; i < targets.size(); ++i) {
         const ViewTarget& t = targets[i];
         const auto index = static_cast<std::uint32_t>(i);
-        if (!ready || draws.empty()) {
-            submit_full_view(draws, index, t, counter_.enabled(), cost);
-            cost.fell_back = cost.fell_back || (!ready && !draws.empty());
+        // A blit cannot put the atlas into a multisampled framebuffer: the normal views are drawn there at once.
+        if (!composed(i) || (!foveated && prepared_.shape(i).samples > 0)) {
+            submit_full_view(draws, index, t, counter_.enabled(), cost, prepared_.ready(targets) ? &prepared_.shape(i) : nullptr);
+            if (prepared_.ready(targets)) regions_[i] = {};
+            if (draws.empty() || composed(i)) continue;
+            cost.fell_back = true;
+            cost.note = prepared_.obstacle(targets, i, draws.clear());
             continue;
         }
         cost.pixels_full += static_cast<std::uint64_t>(t.width_px) * static_cast<std::uint64_t>(t.height_px);
@@ -182,8 +191,9 @@ FrameCost DynamicViewports::submit(const gl::CommandList& draws, std::span<const
         draw(focus_[i], draws, index, density::crop_between(unit, part), box, cost);
         regions_[i] = {(part.tan_left + part.tan_right) / 2, (part.tan_up + part.tan_down) / 2, fw / w, fh / h};
     }
-    for (std::size_t i = 0; ready && !draws.empty() && i < targets.size(); ++i) {
+    for (std::size_t i = 0; i < targets.size(); ++i) {
         const ViewTarget& t = targets[i];
+        if (!composed(i) || (!foveated && prepared_.shape(i).samples > 0)) continue;
         if (foveated) {
             const Region& r = regions_[i];
             compose(context_[i], focus_[i], t, static_cast<int>(std::lround((r.x_ndc - r.half_width_ndc + 1) / 2 * t.width_px)),

@@ -18,6 +18,7 @@
 #include "render/density/dynamic_viewports.hpp"
 #include "render/foveation/fragment_counter.hpp"
 #include "render/foveation/method.hpp"
+#include "render/foveation/prepared.hpp"
 
 namespace fovea::foveation {
 
@@ -35,6 +36,7 @@ public:
     [[nodiscard]] std::uint64_t counted_fragments() override { return counter_.read(); }
 
 private:
+    [[nodiscard]] Result<void> make_places(std::span<const ViewTarget> targets);
     // Where one view is drawn: a viewport of the atlas, or a target of its own.
     struct Place {
         const gl::RenderTarget* target = nullptr;
@@ -49,7 +51,7 @@ private:
     FragmentCounter counter_;
     gl::Program compose_;
     gl::VertexArray arrays_;
-    std::vector<ViewTarget> prepared_;
+    Prepared prepared_;
     gl::RenderTarget atlas_;
     std::vector<gl::RenderTarget> own_;                    // separate targets instead: contexts, then focuses, then normal ones
     std::vector<Place> normal_, context_, focus_;          // by view

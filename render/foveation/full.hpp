@@ -3,6 +3,7 @@
 
 #include "render/foveation/fragment_counter.hpp"
 #include "render/foveation/method.hpp"
+#include "render/foveation/prepared.hpp"
 
 namespace fovea::foveation {
 
@@ -20,12 +21,16 @@ public:
 private:
     explicit Full(const MethodSettings& settings) : counter_(settings.count_fragments) {}
     FragmentCounter counter_;
+    Prepared prepared_;
 };
 
-// One view, whole, into its target: the building block of Full and of every fallback to it.
-void submit_full_view(const gl::CommandList& draws, std::uint32_t view, const ViewTarget& target, bool count,
-                      FrameCost& cost) noexcept;
-// Only the clear.
-void clear_view(const gl::Clear& clear, const ViewTarget& target) noexcept;
+// One view, whole, into its target: the building block of Full and of every fallback to it. shape: of the target, where it is
+// known; only needed for integer attachments.
+void submit_full_view(const gl::CommandList& draws, std::uint32_t view, const ViewTarget& target, bool count, FrameCost& cost,
+                      const gl::FramebufferShape* shape = nullptr) noexcept;
+// Only the clear of the view.
+void clear_view(const gl::Clear& clear, const ViewTarget& target, const gl::FramebufferShape* shape = nullptr) noexcept;
+// What is asked for of the framebuffer that is bound, inside the scissor; stencil: also that, to 0.
+void clear_bound(const gl::Clear& clear, const gl::FramebufferShape* shape, bool color, bool stencil) noexcept;
 
 }  // namespace fovea::foveation

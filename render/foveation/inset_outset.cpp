@@ -116,8 +116,12 @@ Result<InsetOutset::Image> InsetOutset::make_image(int width, int height) const 
 }
 
 Result<void> InsetOutset::prepare(std::span<const ViewTarget> targets) {
-    if (std::equal(targets.begin(), targets.end(), prepared_.begin(), prepared_.end())) return {};
-    prepared_.clear();
+    const auto same = prepared_.same(targets);
+    if (!same) return std::unexpected(same.error());
+    return *same ? Result<void>{} : prepared_.settle(make_views(targets));
+}
+
+Result<void> InsetOutset::make_views(std::span<const ViewTarget> targets) {
     views_.clear();
     const InsetOutsetSettings& s = settings_.inset_outset;
     std::vector<View> views;
@@ -131,18 +135,17 @@ Result<void> InsetOutset::prepare(std::span<const ViewTarget> targets) {
         if (!inset) return std::unexpected(inset.error());
         v.outset = *std::move(outset);
         v.inset = *std::move(inset);
-        v.enlarging = enlarging_plan(v, t);
-        if (v.enlarging) cpu_resolve_.reserve(*v.enlarging);
+        v.enlarging = enlarging_plan(v, t, prepared_.shape(views.size()));
+        if (v.enlarging) cpu_resolve_.reserve(*v.enlarging, settings_.resolve_threads);
         views.push_back(std::move(v));
     }
     views_ = std::move(views);
-    prepared_.assign(targets.begin(), targets.end());
     return {};
 }
 
 // The processor enlarges by whole powers of two, unfiltered, from one sample a texel: then, and where the probe found it
 // cheaper, the outset goes that way.
-std::optional<density::Plan> InsetOutset::enlarging_plan(const View& v, const ViewTarget& t) const {
+std::optional<density::Plan> InsetOutset::enlarging_plan(const View& v, const ViewTarget& t, const gl::FramebufferShape& shape) const {
     const bool wanted = settings_.resolver == Resolver::processor || (settings_.resolver == Resolver::automatic && driver_traits().processor_resolve);
     if (!wanted || settings_.inset_outset.contrast > 0) return std::nullopt;
     for (std::uint8_t shift = 1; shift <= 3; ++shift) {
@@ -150,7 +153,7 @@ std::optional<density::Plan> InsetOutset::enlarging_plan(const View& v, const Vi
         density::PlanSettings s{.width_px = t.width_px, .height_px = t.height_px, .level_count = 2};
         s.levels[1] = {shift, shift};
         auto plan = density::Plan::create(s);
-        if (!plan || !CpuResolve::can_resolve(t, *plan)) return std::nullopt;
+        if (!plan || !CpuResolve::can_resolve(t, shape, *plan)) return std::nullopt;
         plan->assign(std::array<density::BinRect, 2>{});   // everything at level 1: the outset
         return *std::move(plan);
     }
@@ -282,14 +285,14 @@ void InsetOutset::draw_inset(View& v, std::uint32_t index, const ViewTarget& t, 
     resolve_samples(v.inset);
 }
 
-void InsetOutset::compose(const View& v, const ViewTarget& t) noexcept {
+void InsetOutset::compose(const View& v, const ViewTarget& t, const gl::FramebufferShape& shape) noexcept {
     const InsetOutsetSettings& s = settings_.inset_outset;
     const float w = static_cast<float>(t.width_px), h = static_cast<float>(t.height_px);
     const float side = static_cast<float>(v.inset.drawn.width());
     if (v.enlarging) {
         const gl::Name outset = v.outset.resolved.framebuffer() != 0 ? v.outset.resolved.framebuffer() : v.outset.drawn.framebuffer();
         const std::array<CpuResolve::Level, 2> levels{{{}, {outset, 0, 0, v.outset.drawn.width(), v.outset.drawn.height()}}};
-        cpu_resolve_.run(*v.enlarging, t, levels);
+        cpu_resolve_.run(*v.enlarging, t, shape, levels, gl::Filter::linear);
     }
     glBindFramebuffer(GL_FRAMEBUFFER, t.framebuffer);
     glViewport(t.x_px, t.y_px, t.width_px, t.height_px);
@@ -332,14 +335,17 @@ void InsetOutset::compose(const View& v, const ViewTarget& t) noexcept {
 
 FrameCost InsetOutset::submit(const gl::CommandList& draws, std::span<const ViewTarget> targets,
                               std::span<const ViewFocus> focus) noexcept {
+    FOVEA_REQUIRE(focus.size() >= targets.size());
     FrameCost cost;
     counter_.begin();
-    const bool ready = std::equal(targets.begin(), targets.end(), prepared_.begin(), prepared_.end());
+    const auto foveated = [&](std::size_t i) { return !draws.empty() && *prepared_.obstacle(targets, i, draws.clear()) == 0; };
     for (std::size_t i = 0; i < targets.size(); ++i) {
         const auto index = static_cast<std::uint32_t>(i);
-        if (!ready || draws.empty()) {
-            submit_full_view(draws, index, targets[i], counter_.enabled(), cost);
-            cost.fell_back = cost.fell_back || (!ready && !draws.empty());
+        if (!foveated(i)) {
+            submit_full_view(draws, index, targets[i], counter_.enabled(), cost, prepared_.ready(targets) ? &prepared_.shape(i) : nullptr);
+            if (draws.empty()) continue;
+            cost.fell_back = true;
+            cost.note = prepared_.obstacle(targets, i, draws.clear());
             continue;
         }
         cost.pixels_full += static_cast<std::uint64_t>(targets[i].width_px) * static_cast<std::uint64_t>(targets[i].height_px);
@@ -347,7 +353,8 @@ FrameCost InsetOutset::submit(const gl::CommandList& draws, std::span<const View
         draw_outset(views_[i], index, targets[i], draws, cost);
         draw_inset(views_[i], index, targets[i], draws, cost);
     }
-    for (std::size_t i = 0; ready && !draws.empty() && i < targets.size(); ++i) compose(views_[i], targets[i]);
+    for (std::size_t i = 0; i < targets.size(); ++i)
+        if (foveated(i)) compose(views_[i], targets[i], prepared_.shape(i));
     return cost;
 }
 

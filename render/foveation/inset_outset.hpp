@@ -19,6 +19,7 @@
 #include "render/foveation/cpu_resolve.hpp"
 #include "render/foveation/fragment_counter.hpp"
 #include "render/foveation/method.hpp"
+#include "render/foveation/prepared.hpp"
 
 namespace fovea::foveation {
 
@@ -50,7 +51,8 @@ private:
 
     explicit InsetOutset(const MethodSettings& settings) : settings_(settings), counter_(settings.count_fragments) {}
     [[nodiscard]] Result<Image> make_image(int width_px, int height_px) const;
-    [[nodiscard]] std::optional<density::Plan> enlarging_plan(const View& view, const ViewTarget& target) const;
+    [[nodiscard]] std::optional<density::Plan> enlarging_plan(const View& view, const ViewTarget& target, const gl::FramebufferShape& shape) const;
+    [[nodiscard]] Result<void> make_views(std::span<const ViewTarget> targets);
     void place(View& view, const ViewTarget& target, const ViewFocus& focus) const noexcept;
     void begin_image(const gl::RenderTarget& target, const gl::Clear& clear, bool closed) const noexcept;
     void mask_disc(const gl::RenderTarget& target, double x_px, double y_px, double rx_px, double ry_px, bool open) const noexcept;
@@ -58,7 +60,7 @@ private:
     void resolve_samples(const Image& image) const noexcept;
     void draw_outset(View& view, std::uint32_t index, const ViewTarget& t, const gl::CommandList& draws, FrameCost& cost) noexcept;
     void draw_inset(View& view, std::uint32_t index, const ViewTarget& t, const gl::CommandList& draws, FrameCost& cost) noexcept;
-    void compose(const View& view, const ViewTarget& target) noexcept;
+    void compose(const View& view, const ViewTarget& target, const gl::FramebufferShape& shape) noexcept;
 
     MethodSettings settings_;
     FragmentCounter counter_;
@@ -66,7 +68,7 @@ private:
     bool depth_mask_ = false;
     gl::Program disc_, far_, near_;
     gl::VertexArray arrays_;
-    std::vector<ViewTarget> prepared_;
+    Prepared prepared_;
     std::vector<View> views_;
 };
 

@@ -25,7 +25,10 @@
 namespace fovea::foveation {
 
 // Where one view is wanted: a rectangle of a framebuffer that has colour, depth and 8 bits of stencil. Two views may
-// share a framebuffer (double-wide).
+// share a framebuffer (double-wide); the layers of a texture array are a framebuffer, a view and a set of focal points each.
+// scaled_bins, its variants and full draw into several colour attachments and multisampled framebuffers too; the other
+// methods leave several attachments to full. Any format that can be drawn to; of packed depth, what is outside the fovea is
+// undefined after a frame unless resolve_depth is set.
 struct ViewTarget {
     gl::Name framebuffer = 0;
     int x_px = 0, y_px = 0, width_px = 0, height_px = 0;
@@ -44,7 +47,8 @@ struct FrameCost {
     std::uint64_t pixels_full = 0;     // the views' pixels
     std::uint32_t submissions = 0;     // how often the list of draws was issued
     std::uint32_t draws = 0;           // draws issued, all submissions
-    bool fell_back = false;            // drawn in full because a target could not be had
+    bool fell_back = false;            // drawn in full because a target could not be had, or the frame could not be foveated
+    const char* note = "";             // why it fell back; a string that lives for ever
 };
 
 // How bins outside the fovea are filled from their level.
@@ -73,8 +77,11 @@ struct DynamicViewportSettings {
 struct MethodSettings {
     // Bins, levels, reading and minimum density; the size comes from the targets. scaled_bins.
     density::PlanSettings plan;
-    gl::ColorFormat format = gl::ColorFormat::rgba8;   // of the method's own targets; that of the app's attachment
-    gl::Filter filter = gl::Filter::linear;            // of the resolve
+    // Of the own targets of inset_outset and dynamic_viewports; scaled_bins matches the app's attachments by itself.
+    gl::ColorFormat format = gl::ColorFormat::rgba8;
+    gl::Filter filter = gl::Filter::linear;            // of the resolve; cubic keeps edges crisper and costs more
+    bool resolve_depth = false;     // the depth of bins outside the fovea is put into the app's depth too, by the nearest texel
+    int resolve_threads = 0;        // of the processor's resolve: 0 as many as processors (at most 4), 1 only the caller
     Resolver resolver = Resolver::automatic;   // automatic: what the start-up probe found to be cheaper on this driver
     Mask mask = Mask::automatic;               // automatic: stencil, unless only depth rejects early on this driver
     InsetOutsetSettings inset_outset;

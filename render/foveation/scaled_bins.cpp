@@ -15,35 +15,7 @@ namespace {
 
 constexpr int kMaskBit = 1;   // stencil value of a level's bins
 
-// One instance per rectangle, as a strip of four corners.
-constexpr std::string_view kRectVertex = R"(#version 310 es
-layout(location = 0) in vec4 rect;   // x0 y0 x1 y1, NDC
-out highp vec2 uv;
-void main() {
-    vec2 p = vec2((gl_VertexID & 1) == 0 ? rect.x : rect.z, (gl_VertexID & 2) == 0 ? rect.y : rect.w);
-    uv = p * 0.5 + 0.5;
-    gl_Position = vec4(p, 1.0, 1.0);   // as far as can be: the depth mask opens here
-})";
-
-constexpr std::string_view kMaskFragment = R"(#version 310 es
-precision mediump float;
-void main() {}
-)";
-
-constexpr std::string_view kClearingMaskFragment = R"(#version 310 es
-precision highp float;
-layout(location = 0) uniform vec4 clear_color;
-layout(location = 0) out vec4 color;
-void main() { color = clear_color; }
-)";
-
-constexpr std::string_view kResolveFragment = R"(#version 310 es
-precision highp float;
-layout(binding = 0) uniform highp sampler2D level;
-in highp vec2 uv;
-layout(location = 0) out vec4 color;
-void main() { color = texture(level, uv); }
-)";
+constexpr std::string_view kMaskFragment = "#version 310 es\nprecision mediump float;\nvoid main() {}\n";
 
 void draw_rectangles(std::uint32_t first, std::uint32_t count) noexcept {
     if (count == 0) return;
@@ -57,16 +29,15 @@ Result<std::unique_ptr<Method>> ScaledBins::create(const MethodSettings& setting
     const auto checked = density::Plan::create(settings.plan);
     if (!checked) return std::unexpected(checked.error());
     std::unique_ptr<ScaledBins> method(new ScaledBins(settings));
+    if (settings.filter == gl::Filter::cubic) method->settings_.plan.guard_texels = 2;
     auto mask = gl::build_program("level mask", kRectVertex, kMaskFragment);
     if (!mask) return std::unexpected(mask.error());
-    auto resolve = gl::build_program("level resolve", kRectVertex, kResolveFragment);
-    if (!resolve) return std::unexpected(resolve.error());
-    method->depth_mask_ = settings.mask == Mask::depth || (settings.mask == Mask::automatic && driver_traits().depth_mask);
     method->mask_ = *std::move(mask);
-    method->resolve_ = *std::move(resolve);
-    auto clearing = gl::build_program("clearing level mask", kRectVertex, kClearingMaskFragment);
-    if (!clearing) return std::unexpected(clearing.error());
-    method->clearing_mask_ = *std::move(clearing);
+    // The usual resolve, so that a driver which cannot build it says so here.
+    gl::FramebufferShape usual;
+    usual.color[0].kind = gl::ColorKind::filtered;
+    usual.colors = 1;
+    if (auto r = method->resolve_programs_.program(usual, settings.filter, true, settings.resolve_depth); !r) return std::unexpected(r.error());
     return std::unique_ptr<Method>(std::move(method));
 }
 
@@ -114,18 +85,33 @@ void ScaledBins::plan_view(View& view, const ViewFocus& focus, std::span<const d
         view.region = {p->x_ndc, p->y_ndc, 2.0 * input.inner / s.width_px, 2.0 * input.inner / s.height_px};
 }
 
-Result<ScaledBins::View> ScaledBins::make_view(const ViewTarget& t, bool with_levels) {
+Result<gl::Name> ScaledBins::clearing_program(const gl::FramebufferShape& shape) {
+    std::string source = clearing_fragment(shape);
+    for (const auto& [known, program] : clearing_)
+        if (known == source) return program.name();
+    auto program = gl::build_program("clearing level mask", kRectVertex, source);
+    if (!program) return std::unexpected(program.error());
+    clearing_.emplace_back(std::move(source), *std::move(program));
+    return clearing_.back().second.name();
+}
+
+Result<ScaledBins::View> ScaledBins::make_view(const ViewTarget& t, const gl::FramebufferShape& shape, bool with_levels) {
+    if (!shape.stencil && shape.depth_format == 0)
+        return fail("the framebuffer has neither depth nor stencil", "framebuffer " + std::to_string(t.framebuffer), "attach GL_DEPTH24_STENCIL8: the levels are masked by it");
     density::PlanSettings s = settings_.plan;
     s.width_px = t.width_px;
     s.height_px = t.height_px;
     auto plan = density::Plan::create(s);
     if (!plan) return std::unexpected(plan.error());
     View v(*std::move(plan));
+    v.shape = shape;
+    v.clears_numbers = std::ranges::any_of(shape.color, [](const gl::ColorShape& c) { return c.kind == gl::ColorKind::filtered || c.kind == gl::ColorKind::unfiltered; });
+    v.depth_mask = !shape.stencil || settings_.mask == Mask::depth || (settings_.mask == Mask::automatic && shape.depth_format != 0 && driver_traits().depth_mask);
     for (int level = 1; with_levels && level < s.level_count; ++level) {
-        auto target = gl::RenderTarget::create({.width_px = v.plan.level_width_px(level),
-                                                .height_px = v.plan.level_height_px(level),
-                                                .format = settings_.format,
-                                                .filter = settings_.filter});
+        auto target = LevelTarget::create(shape, {.width_px = v.plan.level_width_px(level),
+                                                  .height_px = v.plan.level_height_px(level),
+                                                  .filter = settings_.filter,
+                                                  .sample_depth = settings_.resolve_depth});
         if (!target) return std::unexpected(target.error());
         v.levels[static_cast<std::size_t>(level)] = *std::move(target);
     }
@@ -133,10 +119,24 @@ Result<ScaledBins::View> ScaledBins::make_view(const ViewTarget& t, bool with_le
     if (staging_.size() < bins * 2) staging_.resize(bins * 2);
     v.boxes.resize(bins * 2);
     v.rate_levels.resize(rates_ ? bins : 0);
-    v.on_processor = settings_.resolver != Resolver::gpu && settings_.filter == gl::Filter::linear &&
-                     CpuResolve::can_resolve(t, v.plan) &&
+    v.on_processor = settings_.resolver != Resolver::gpu && CpuResolve::can_resolve(t, shape, v.plan) &&
                      (settings_.resolver == Resolver::processor || driver_traits().processor_resolve);
-    if (v.on_processor) cpu_resolve_.reserve(v.plan);
+    if (v.on_processor) cpu_resolve_.reserve(v.plan, settings_.resolve_threads);
+    const bool depth = settings_.resolve_depth && shape.depth_format != 0;
+    // One pass for both where the GPU resolves the colour; not for a late fovea, whose depth comes last.
+    const auto color_program = resolve_programs_.program(shape, settings_.filter, true, depth && !late_);
+    if (!color_program) return std::unexpected(color_program.error());
+    v.resolve_color = *color_program;
+    if (depth) {
+        const auto depth_program = resolve_programs_.program(shape, settings_.filter, false, true);
+        if (!depth_program) return std::unexpected(depth_program.error());
+        v.resolve_depth = *depth_program;
+    }
+    if (late_) {
+        const auto clearing = clearing_program(shape);
+        if (!clearing) return std::unexpected(clearing.error());
+        v.clearing = *clearing;
+    }
     v.rectangles = gl::create_dynamic_buffer(bins * 2 * sizeof(std::array<float, 4>));
     v.arrays = gl::create_vertex_array();
     glBindVertexArray(v.arrays.name());
@@ -147,27 +147,39 @@ Result<ScaledBins::View> ScaledBins::make_view(const ViewTarget& t, bool with_le
     return v;
 }
 
-Result<void> ScaledBins::prepare(std::span<const ViewTarget> targets) {
-    if (std::equal(targets.begin(), targets.end(), prepared_.begin(), prepared_.end())) return {};
-    prepared_.clear();
+Result<void> ScaledBins::make_views(std::span<const ViewTarget> targets) {
     views_.clear();
     early_.clear();
-    std::vector<View> views, early;
-    for (const ViewTarget& t : targets) {
-        auto view = make_view(t, !late_);
+    rest_.clear();
+    std::vector<View> views, early, rest;
+    for (std::size_t i = 0; i < targets.size(); ++i) {
+        auto view = make_view(targets[i], prepared_.shape(i), !late_);
         if (!view) return std::unexpected(view.error());
         views.push_back(*std::move(view));
         if (!late_) continue;
-        auto before = make_view(t, true);
+        auto before = make_view(targets[i], prepared_.shape(i), true);
         if (!before) return std::unexpected(before.error());
         early.push_back(*std::move(before));
+        if (!settings_.resolve_depth) continue;
+        auto last = make_view(targets[i], prepared_.shape(i), false);
+        if (!last) return std::unexpected(last.error());
+        const auto bins = static_cast<std::size_t>(last->plan.columns()) * static_cast<std::size_t>(last->plan.rows());
+        rest_levels_.resize(std::max(rest_levels_.size(), bins));
+        rest.push_back(*std::move(last));
     }
+    rest_ = std::move(rest);
     views_ = std::move(views);
     early_ = std::move(early);
     early_boxes_.assign(targets.size(), {});
-    early_done_ = false;
-    prepared_.assign(targets.begin(), targets.end());
     return {};
+}
+
+Result<void> ScaledBins::prepare(std::span<const ViewTarget> targets) {
+    const auto same = prepared_.same(targets);
+    if (!same) return std::unexpected(same.error());
+    if (*same) return {};
+    early_done_ = false;
+    return prepared_.settle(make_views(targets));
 }
 
 void ScaledBins::upload(View& view) noexcept {
@@ -190,9 +202,10 @@ void ScaledBins::upload(View& view) noexcept {
         put(level, 0, 0);
     }
     view.first_mask[0] = view.first_exact[0];
+    const float guard = 2.0f * static_cast<float>(plan.settings().guard_texels);
     for (int level = 1; level < plan.settings().level_count; ++level) {
         view.first_mask[static_cast<std::size_t>(level)] = static_cast<std::uint32_t>(n);
-        put(level, 2.0f / static_cast<float>(plan.level_width_px(level)), 2.0f / static_cast<float>(plan.level_height_px(level)));
+        put(level, guard / static_cast<float>(plan.level_width_px(level)), guard / static_cast<float>(plan.level_height_px(level)));
     }
     for (std::size_t i = 0; i < n; ++i) view.boxes[i] = {staging_[i][0], staging_[i][1], staging_[i][2], staging_[i][3]};
     gl::update_buffer(view.rectangles, 0, std::as_bytes(std::span(staging_).first(n)));
@@ -204,38 +217,72 @@ ScaledBins::DrawArea ScaledBins::area(const View& view, const ViewTarget& t, int
     if (level == 0)
         return {t.framebuffer, t.x_px, t.y_px, t.width_px, t.height_px,
                 t.x_px + p.x0, t.y_px + p.y0, t.x_px + p.x1, t.y_px + p.y1};
-    const gl::RenderTarget& target = view.levels[static_cast<std::size_t>(level)];
-    const int w = target.width(), h = target.height();
+    const LevelTarget& target = view.levels[static_cast<std::size_t>(level)];
+    const int w = target.width(), h = target.height(), guard = plan.settings().guard_texels;
     const auto scaled = [](int px, int size, int full, int round_up) {
         return static_cast<int>((static_cast<std::int64_t>(px) * size + (round_up ? full - 1 : 0)) / full);
     };
     return {target.framebuffer(), 0, 0, w, h,
-            std::max(0, scaled(p.x0, w, t.width_px, 0) - 1), std::max(0, scaled(p.y0, h, t.height_px, 0) - 1),
-            std::min(w, scaled(p.x1, w, t.width_px, 1) + 1), std::min(h, scaled(p.y1, h, t.height_px, 1) + 1)};
+            std::max(0, scaled(p.x0, w, t.width_px, 0) - guard), std::max(0, scaled(p.y0, h, t.height_px, 0) - guard),
+            std::min(w, scaled(p.x1, w, t.width_px, 1) + guard), std::min(h, scaled(p.y1, h, t.height_px, 1) + guard)};
+}
+
+const char* ScaledBins::obstacle(const View& view, const ViewTarget& t, const gl::Clear& clear) const noexcept {
+    if (!clear.keep_color && !clear.keep_depth) return "";
+    if (late_) return "a late fovea cannot go on over a picture";
+    if (t.framebuffer == 0 || view.shape.samples > 0) return "a multisampled picture or a surface cannot be made smaller to go on over it";
+    if (!view.shape.stencil) return "without a stencil, the masks are depths and leave none to go on from";
+    if (clear.keep_depth && !(settings_.resolve_depth && (view.shape.depth_format == GL_DEPTH24_STENCIL8 || view.shape.depth_format == GL_DEPTH32F_STENCIL8)))
+        return "to go on from its depth, a frame needs resolve_depth and packed depth and stencil";
+    return "";
+}
+
+// A level starts with what the app's framebuffer holds, made smaller. The scissor must be off.
+void ScaledBins::load_level(const View& view, const ViewTarget& t, const gl::Clear& clear, int level) noexcept {
+    const LevelTarget& target = view.levels[static_cast<std::size_t>(level)];
+    glBindFramebuffer(GL_READ_FRAMEBUFFER, t.framebuffer);
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.framebuffer());
+    GLint read_buffer = GL_COLOR_ATTACHMENT0;
+    glGetIntegerv(GL_READ_BUFFER, &read_buffer);
+    const auto blit = [&](GLbitfield what, GLenum filter) {
+        glBlitFramebuffer(t.x_px, t.y_px, t.x_px + t.width_px, t.y_px + t.height_px, 0, 0, target.width(), target.height(), what, filter);
+    };
+    for (int i = 0; clear.keep_color && i < view.shape.colors; ++i) {
+        const gl::ColorKind kind = view.shape.color[static_cast<std::size_t>(i)].kind;
+        if (kind == gl::ColorKind::none) continue;
+        select_color(i);
+        blit(GL_COLOR_BUFFER_BIT, kind == gl::ColorKind::filtered ? GL_LINEAR : GL_NEAREST);
+    }
+    if (clear.keep_color) restore_draw_buffers(view.shape);
+    if (clear.keep_depth) blit(GL_DEPTH_BUFFER_BIT, GL_NEAREST);
+    glReadBuffer(static_cast<GLenum>(read_buffer));
 }
 
 void ScaledBins::draw_level(View& view, std::uint32_t index, const ViewTarget& t, const gl::CommandList& draws, int level,
-                            bool keep_color, FrameCost& cost) noexcept {
+                            bool over_finished, FrameCost& cost) noexcept {
     const auto i = static_cast<std::size_t>(level);
     const DrawArea r = area(view, t, level);
+    const gl::Clear& clear = draws.clear();
+    const bool goes_on = clear.keep_color || clear.keep_depth;
+    if (level > 0 && goes_on) {
+        glDisable(GL_SCISSOR_TEST);
+        load_level(view, t, clear, level);
+    }
     glBindFramebuffer(GL_FRAMEBUFFER, r.framebuffer);
     glViewport(r.x, r.y, r.width, r.height);
     glEnable(GL_SCISSOR_TEST);
     glScissor(r.x0, r.y0, r.x1 - r.x0, r.y1 - r.y0);
-    glDepthMask(GL_TRUE);
-    glStencilMask(0xff);
-    const gl::Clear& clear = draws.clear();
     const bool masked = view.count[i] > 1;   // a single rectangle is the scissor
-    const bool by_depth = masked && depth_mask_, by_stencil = masked && !depth_mask_;
-    glClearColor(clear.color[0], clear.color[1], clear.color[2], clear.color[3]);
-    glClearDepthf(by_depth ? 0.0f : clear.depth);
-    glClearStencil(0);
-    const bool clear_in_mask = masked && keep_color;   // the box holds finished pixels outside the mask
-    glClear(static_cast<GLbitfield>((clear_in_mask ? 0 : GL_COLOR_BUFFER_BIT) | GL_DEPTH_BUFFER_BIT | (by_stencil ? GL_STENCIL_BUFFER_BIT : 0)));
+    const bool by_depth = masked && view.depth_mask && !goes_on, by_stencil = masked && !by_depth;
+    const bool clear_in_mask = masked && over_finished;   // the box holds finished pixels outside the mask
+    gl::Clear first = clear;
+    if (by_depth) first.depth = 0;
+    clear_bound(first, &view.shape, !clear_in_mask, by_stencil);
     glDisable(GL_STENCIL_TEST);
     if (masked) {
-        glUseProgram(clear_in_mask ? clearing_mask_.name() : mask_.name());
-        if (clear_in_mask) glUniform4fv(0, 1, clear.color.data());
+        glUseProgram(clear_in_mask ? view.clearing : mask_.name());
+        if (clear_in_mask && view.clears_numbers) glUniform4fv(0, 1, clear.color.data());
+        glUniform1f(1, clear.depth);   // the depth mask opens here
         glDisable(GL_BLEND);
         glBindVertexArray(view.arrays.name());
         glBindBuffer(GL_ARRAY_BUFFER, view.rectangles.name());
@@ -265,40 +312,67 @@ void ScaledBins::draw_level(View& view, std::uint32_t index, const ViewTarget& t
     cost.pixels_shaded += view.plan.texels(level) + view.plan.guard_texels(level);
 }
 
-void ScaledBins::resolve(View& view, const ViewTarget& t) noexcept {
-    if (view.on_processor) {
+void ScaledBins::resolve(View& view, const View& from, const ViewTarget& t, bool color, bool depth) noexcept {
+    depth = depth && view.resolve_depth != 0;
+    for (int level = 1; level < view.plan.settings().level_count; ++level)
+        if (color && view.shape.samples > 0 && from.count[static_cast<std::size_t>(level)] != 0) {
+            const DrawArea r = area(from, t, level);
+            from.levels[static_cast<std::size_t>(level)].resolve_samples(r.x0, r.y0, r.x1, r.y1);
+        }
+    if (color && view.on_processor) {
         std::array<CpuResolve::Level, density::kMaxLevels> levels;
         for (int level = 1; level < view.plan.settings().level_count; ++level) {
-            const DrawArea r = area(view, t, level);
+            const DrawArea r = area(from, t, level);
             levels[static_cast<std::size_t>(level)] = {r.framebuffer, r.x0, r.y0, r.x1, r.y1};
         }
-        cpu_resolve_.run(view.plan, t, levels);
-        return;
+        cpu_resolve_.run(view.plan, t, view.shape, levels, settings_.filter);
+        color = false;
     }
+    if (color) resolve_on_gpu(view, from, t, view.resolve_color, true, depth);
+    else if (depth) resolve_on_gpu(view, from, t, view.resolve_depth, false, true);
+}
+
+void ScaledBins::resolve_on_gpu(const View& view, const View& from, const ViewTarget& t, gl::Name program, bool color, bool depth) noexcept {
     glBindFramebuffer(GL_FRAMEBUFFER, t.framebuffer);
     glViewport(t.x_px, t.y_px, t.width_px, t.height_px);
     glDisable(GL_SCISSOR_TEST);
     glDisable(GL_STENCIL_TEST);
-    glDisable(GL_DEPTH_TEST);
-    glDepthMask(GL_FALSE);
+    if (depth) {
+        glEnable(GL_DEPTH_TEST);
+        glDepthFunc(GL_ALWAYS);
+    } else {
+        glDisable(GL_DEPTH_TEST);
+    }
+    glDepthMask(depth ? GL_TRUE : GL_FALSE);
     glDisable(GL_CULL_FACE);
     glDisable(GL_BLEND);
-    glUseProgram(resolve_.name());
+    const GLboolean colors = color ? GL_TRUE : GL_FALSE;
+    glColorMask(colors, colors, colors, colors);
+    glUseProgram(program);
+    glUniform1f(1, 0.5f);
     glBindVertexArray(view.arrays.name());
     glBindBuffer(GL_ARRAY_BUFFER, view.rectangles.name());
-    glActiveTexture(GL_TEXTURE0);
     for (int level = 1; level < view.plan.settings().level_count; ++level) {
         const auto i = static_cast<std::size_t>(level);
         if (view.count[i] == 0) continue;
-        glBindTexture(GL_TEXTURE_2D, view.levels[i].color_texture());
+        for (int c = 0; color && c < view.shape.colors; ++c) {
+            glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(c));
+            glBindTexture(GL_TEXTURE_2D, from.levels[i].color_texture(c));
+        }
+        if (depth) {
+            glActiveTexture(GL_TEXTURE8);
+            glBindTexture(GL_TEXTURE_2D, from.levels[i].depth_texture());
+        }
         draw_rectangles(view.first_exact[i], view.count[i]);
     }
+    glActiveTexture(GL_TEXTURE0);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
 }
 
 void ScaledBins::submit_early(const gl::CommandList& draws, std::span<const ViewTarget> targets,
                               std::span<const ViewFocus> focus) noexcept {
     early_done_ = false;
-    if (!late_ || draws.empty() || !std::equal(targets.begin(), targets.end(), prepared_.begin(), prepared_.end())) return;
+    if (!late_ || draws.empty() || !prepared_.ready(targets) || draws.clear().keep_color || draws.clear().keep_depth) return;
     early_cost_ = {};
     counter_.begin();
     const int levels = settings_.plan.level_count;
@@ -325,7 +399,7 @@ void ScaledBins::submit_early(const gl::CommandList& draws, std::span<const View
             if (early_[v].count[static_cast<std::size_t>(level)] != 0)
                 draw_level(early_[v], static_cast<std::uint32_t>(v), targets[v], draws, level, false, early_cost_);
     }
-    for (std::size_t v = 0; v < targets.size(); ++v) resolve(early_[v], targets[v]);
+    for (std::size_t v = 0; v < targets.size(); ++v) resolve(early_[v], early_[v], targets[v], true, false);
     early_done_ = levels > 1;
 }
 
@@ -337,17 +411,29 @@ void ScaledBins::submit_late(const gl::CommandList& draws, std::span<const ViewT
         View& view = views_[v];
         plan_view(view, focus[v], early_boxes_[v]);
         if (drawn_whole(view)) {
-            submit_full_view(draws, static_cast<std::uint32_t>(v), targets[v], counter_.enabled(), cost);
+            submit_full_view(draws, static_cast<std::uint32_t>(v), targets[v], counter_.enabled(), cost, &view.shape);
             continue;
         }
         cost.pixels_full += view.plan.pixels_full();
         upload(view);
         if (view.count[0] != 0) draw_level(view, static_cast<std::uint32_t>(v), targets[v], draws, 0, true, cost);
+        if (!rest_.empty()) resolve_late_depth(v, targets[v]);   // last: the mask of level 0 has used the app's depth
     }
+}
+
+void ScaledBins::resolve_late_depth(std::size_t v, const ViewTarget& t) noexcept {
+    const density::Plan &late = views_[v].plan, &early = early_[v].plan;
+    std::size_t bin = 0;
+    for (int r = 0; r < late.rows(); ++r)
+        for (int c = 0; c < late.columns(); ++c) rest_levels_[bin++] = static_cast<std::uint8_t>(late.level_at(c, r) == 0 ? 0 : early.level_at(c, r));
+    rest_[v].plan.assign_levels(rest_levels_);
+    upload(rest_[v]);
+    resolve(rest_[v], early_[v], t, false, true);
 }
 
 FrameCost ScaledBins::submit(const gl::CommandList& draws, std::span<const ViewTarget> targets,
                              std::span<const ViewFocus> focus) noexcept {
+    FOVEA_REQUIRE(focus.size() >= targets.size());
     FrameCost cost;
     if (late_ && !early_done_) submit_early(draws, targets, focus);
     if (early_done_) {
@@ -355,12 +441,16 @@ FrameCost ScaledBins::submit(const gl::CommandList& draws, std::span<const ViewT
         return cost;
     }
     counter_.begin();
-    const bool ready = !late_ && std::equal(targets.begin(), targets.end(), prepared_.begin(), prepared_.end());
+    const bool ready = prepared_.ready(targets);
     for (std::size_t v = 0; v < targets.size(); ++v) {
-        if (ready) plan_view(views_[v], focus[v], {});
-        if (!ready || draws.empty() || drawn_whole(views_[v])) {
-            submit_full_view(draws, static_cast<std::uint32_t>(v), targets[v], counter_.enabled(), cost);
-            cost.fell_back = cost.fell_back || (!ready && !draws.empty());
+        const char* why = ready ? obstacle(views_[v], targets[v], draws.clear()) : prepared_.note();
+        if (*why == 0) plan_view(views_[v], focus[v], {});
+        if (*why != 0 || draws.empty() || drawn_whole(views_[v])) {
+            submit_full_view(draws, static_cast<std::uint32_t>(v), targets[v], counter_.enabled(), cost, ready ? &views_[v].shape : nullptr);
+            if (*why != 0 && !draws.empty()) {
+                cost.fell_back = true;
+                cost.note = why;
+            }
             continue;
         }
         cost.pixels_full += views_[v].plan.pixels_full();
@@ -372,7 +462,7 @@ FrameCost ScaledBins::submit(const gl::CommandList& draws, std::span<const ViewT
     }
     if (!ready || draws.empty()) return cost;
     for (std::size_t v = 0; v < targets.size(); ++v)
-        if (!drawn_whole(views_[v])) resolve(views_[v], targets[v]);
+        if (*obstacle(views_[v], targets[v], draws.clear()) == 0 && !drawn_whole(views_[v])) resolve(views_[v], views_[v], targets[v], true, true);
     return cost;
 }
 

@@ -14,14 +14,23 @@
 // on processor rasterisers (docs/render.md).
 // Late fovea: levels 1.. are drawn and resolved before the gaze is latched, each in a box that leaves room for the gaze to
 // move; after the latch only level 0 is left to draw. Bins that need more than what lies under them become level 0.
-// Masks are stencil values, or depths nearer than anything where only the depth test rejects early (docs/render.md).
+// Masks are stencil values, or depths nearer than anything where only the depth test rejects early (docs/render.md), or where
+// the app's framebuffer has no stencil.
+// Levels have the app's attachments and samples (LevelTarget); multisampled levels are averaged before they are enlarged.
+// A frame that goes on over the picture before it (Clear::keep_color) starts its levels with that picture, made smaller, and
+// puts them back; where that cannot be (multisampled, no stencil, depth that was not resolved) it is drawn in full.
 #pragma once
 
+#include <string>
+#include <utility>
 #include <vector>
 
+#include "render/foveation/bin_resolve.hpp"
 #include "render/foveation/cpu_resolve.hpp"
 #include "render/foveation/fragment_counter.hpp"
+#include "render/foveation/level_target.hpp"
 #include "render/foveation/method.hpp"
+#include "render/foveation/prepared.hpp"
 
 namespace fovea::foveation {
 
@@ -50,13 +59,17 @@ private:
     struct View {
         explicit View(density::Plan p) noexcept : plan(std::move(p)) {}
         density::Plan plan;
-        std::array<gl::RenderTarget, density::kMaxLevels> levels;   // [0] stays empty
+        gl::FramebufferShape shape;   // of the app's framebuffer
+        std::array<LevelTarget, density::kMaxLevels> levels;   // [0] stays empty
         gl::Buffer rectangles;        // vec4 NDC: exact ones of all levels, then dilated ones of levels 1..
         gl::VertexArray arrays;
         std::array<std::uint32_t, density::kMaxLevels> first_exact{}, first_mask{}, count{};
         std::vector<gl::Box> boxes;   // of the masks' rectangles, in the same order, for leaving out draws
         std::uint64_t uploaded = ~std::uint64_t{0};   // plan generation in `rectangles` and `boxes`
         bool on_processor = false;    // the resolve
+        bool depth_mask = false;
+        bool clears_numbers = false;  // the clear colour has a use: not every attachment is of integers
+        gl::Name resolve_color = 0, resolve_depth = 0, clearing = 0;   // programs of resolve_programs_ and clearing_
         density::RateInput rate_input;          // shading_rate: what the plan was made from
         std::vector<std::uint8_t> rate_levels;  // of every bin
         Region region;
@@ -69,28 +82,40 @@ private:
     };
 
     explicit ScaledBins(const MethodSettings& settings) : settings_(settings), counter_(settings.count_fragments) {}
-    [[nodiscard]] Result<View> make_view(const ViewTarget& target, bool with_levels);
+    [[nodiscard]] Result<View> make_view(const ViewTarget& target, const gl::FramebufferShape& shape, bool with_levels);
+    [[nodiscard]] Result<void> make_views(std::span<const ViewTarget> targets);
+    [[nodiscard]] Result<gl::Name> clearing_program(const gl::FramebufferShape& shape);
     void plan_view(View& view, const ViewFocus& focus, std::span<const density::BinRect> drawn) noexcept;
     void upload(View& view) noexcept;
     [[nodiscard]] static DrawArea area(const View& view, const ViewTarget& target, int level) noexcept;
+    // Why this frame cannot be foveated on top of what is there; empty: it can.
+    [[nodiscard]] const char* obstacle(const View& view, const ViewTarget& target, const gl::Clear& clear) const noexcept;
+    void load_level(const View& view, const ViewTarget& target, const gl::Clear& clear, int level) noexcept;
     void draw_level(View& view, std::uint32_t index, const ViewTarget& target, const gl::CommandList& draws, int level,
-                    bool keep_color, FrameCost& cost) noexcept;
+                    bool over_finished, FrameCost& cost) noexcept;
+    void resolve_late_depth(std::size_t view, const ViewTarget& target) noexcept;
     void submit_late(const gl::CommandList& draws, std::span<const ViewTarget> targets, std::span<const ViewFocus> focus,
                      FrameCost& cost) noexcept;
-    void resolve(View& view, const ViewTarget& target) noexcept;
+    // Fills the bins of `view` outside level 0 from the levels of `from`.
+    void resolve(View& view, const View& from, const ViewTarget& target, bool color, bool depth) noexcept;
+    void resolve_on_gpu(const View& view, const View& from, const ViewTarget& target, gl::Name program, bool color, bool depth) noexcept;
     [[nodiscard]] bool drawn_whole(const View& view) const noexcept { return view.plan.texels(0) == view.plan.pixels_full(); }
 
     MethodSettings settings_;
     bool late_ = false, rates_ = false;
-    gl::Program mask_, clearing_mask_, resolve_;
+    gl::Program mask_;
+    std::vector<std::pair<std::string, gl::Program>> clearing_;   // by source
+    BinResolve resolve_programs_;
     FragmentCounter counter_;
     CpuResolve cpu_resolve_;
-    bool depth_mask_ = false;
-    std::vector<ViewTarget> prepared_;
+    Prepared prepared_;
     std::vector<View> views_;
     // Late fovea: what was drawn before the latch (levels 1.. in boxes), and whether it was for this frame.
     std::vector<View> early_;
     std::vector<std::array<density::BinRect, density::kMaxLevels>> early_boxes_;
+    // With resolve_depth: what of the early levels is left to be seen once level 0 is drawn; one view each, without levels.
+    std::vector<View> rest_;
+    std::vector<std::uint8_t> rest_levels_;
     FrameCost early_cost_;
     bool early_done_ = false;
     std::vector<std::array<float, 4>> staging_;

@@ -1,6 +1,7 @@
 #include "render/foveation/upsample.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 
 #include "protocol/error.hpp"
@@ -70,6 +71,26 @@ void enlarge_row(const std::uint16_t* row, std::size_t texels, int total, std::u
     }
 }
 
+using Pixel4f = float __attribute__((vector_size(16)));
+using Pixel4i = std::int32_t __attribute__((vector_size(16)));
+using Bytes4 = std::uint8_t __attribute__((vector_size(4)));
+
+// Weights of the texels -1, 0, 1, 2 at the distance t from texel 0.
+std::array<float, 4> spline(float t) noexcept {
+    return {((-0.5f * t + 1) * t - 0.5f) * t, (1.5f * t - 2.5f) * t * t + 1, ((-1.5f * t + 2) * t + 0.5f) * t, (0.5f * t - 0.5f) * t * t};
+}
+
+// Where output k of a texel lies: between the texels `before` and `before + 1`, relative to the texel, and how far in.
+struct Phase {
+    int before;
+    std::array<float, 4> weights;
+};
+Phase phase(int k, int shift) noexcept {
+    const float at = (static_cast<float>(k) + 0.5f) / static_cast<float>(1 << shift) - 0.5f;
+    const int before = at < 0 ? -1 : 0;
+    return {before, spline(at - static_cast<float>(before))};
+}
+
 void shrink_row(const std::uint16_t* row, std::size_t texels, int total_shift, std::uint8_t* out) noexcept {
     const unsigned half = 1u << (total_shift - 1);
     for (std::size_t i = 0; i < texels * 4; ++i) out[i] = static_cast<std::uint8_t>((row[4 + i] * 2u + half) >> total_shift);
@@ -102,6 +123,69 @@ void enlarge(const SmallImage& s, int x_shift, int y_shift, int x0, int y0, int 
             case 1: enlarge_row<1>(row, texels, total, out); break;
             case 2: enlarge_row<2>(row, texels, total, out); break;
             default: enlarge_row<3>(row, texels, total, out); break;
+        }
+    }
+}
+
+void enlarge_nearest(const SmallImage& s, int x_shift, int y_shift, int x0, int y0, int x1, int y1, std::uint8_t* out,
+                     std::size_t out_stride) noexcept {
+    const int first = x0 >> x_shift, last = x1 >> x_shift;
+    FOVEA_REQUIRE(first >= s.x0 && last <= s.x1 && (y0 >> y_shift) >= s.y0 && ((y1 - 1) >> y_shift) < s.y1);
+    const std::uint8_t* done = nullptr;   // the row above, when it shows the same texels
+    int done_texel = -1;
+    for (int y = y0; y < y1; ++y, out += out_stride) {
+        const int texel = y >> y_shift;
+        if (texel == done_texel) {
+            std::memcpy(out, done, static_cast<std::size_t>(x1 - x0) * 4);
+            continue;
+        }
+        const std::uint8_t* row = s.rgba + static_cast<std::size_t>(texel - s.y0) * s.stride_bytes;
+        std::uint8_t* to = out;
+        for (int x = first; x < last; ++x)
+            for (int k = 0; k < 1 << x_shift; ++k, to += 4) std::memcpy(to, row + static_cast<std::size_t>(x - s.x0) * 4, 4);
+        done = out;
+        done_texel = texel;
+    }
+}
+
+void enlarge_cubic(const SmallImage& s, int x_shift, int y_shift, int x0, int y0, int x1, int y1, std::uint8_t* out,
+                   std::size_t out_stride, std::span<float> scratch) noexcept {
+    const int first = x0 >> x_shift, last = x1 >> x_shift, factor_x = 1 << x_shift;
+    FOVEA_REQUIRE(scratch.size() >= static_cast<std::size_t>(last - first + 4) * 4 && first >= s.x0 && last <= s.x1);
+    std::array<Phase, 8> across{};
+    for (int k = 0; k < factor_x; ++k) across[static_cast<std::size_t>(k)] = phase(k, x_shift);
+    const auto row_of = [&](int y) { return s.rgba + static_cast<std::size_t>(std::clamp(y, s.y0, s.y1 - 1) - s.y0) * s.stride_bytes; };
+    // Blended texels first - 2 .. last + 1; clamped copies stand in for those beyond the part that is there.
+    const int from = std::max(first - 2, s.x0), to = std::min(last + 2, s.x1);
+    for (int y = y0; y < y1; ++y, out += out_stride) {
+        const Phase down = phase(y & ((1 << y_shift) - 1), y_shift);
+        const int row = (y >> y_shift) + down.before;
+        const std::array<const std::uint8_t*, 4> rows{row_of(row - 1), row_of(row), row_of(row + 1), row_of(row + 2)};
+        float* blended = scratch.data() + static_cast<std::size_t>(from - first + 2) * 4;
+        const auto skip = static_cast<std::size_t>(from - s.x0) * 4, n = static_cast<std::size_t>(to - from) * 4;
+        for (std::size_t i = 0; i < n; ++i)
+            blended[i] = down.weights[0] * rows[0][skip + i] + down.weights[1] * rows[1][skip + i] + down.weights[2] * rows[2][skip + i] +
+                         down.weights[3] * rows[3][skip + i];
+        for (int x = first - 2; x < from; ++x) std::memcpy(scratch.data() + static_cast<std::size_t>(x - first + 2) * 4, blended, 16);
+        for (int x = to; x < last + 2; ++x) std::memcpy(scratch.data() + static_cast<std::size_t>(x - first + 2) * 4, blended + n - 4, 16);
+        std::uint8_t* put = out;
+        for (int x = first; x < last; ++x) {
+            const float* here = scratch.data() + static_cast<std::size_t>(x - first + 2) * 4;
+            for (int k = 0; k < factor_x; ++k, put += 4) {
+                const Phase& p = across[static_cast<std::size_t>(k)];
+                const float* at = here + (p.before - 1) * 4;
+                Pixel4f sum{};
+                for (std::size_t j = 0; j < 4; ++j) {
+                    Pixel4f texel;
+                    std::memcpy(&texel, at + 4 * j, sizeof texel);
+                    sum += texel * p.weights[j];
+                }
+                Pixel4i whole = __builtin_convertvector(sum + 0.5f, Pixel4i);   // negative ones are clamped: truncation is right
+                whole = whole < 0 ? Pixel4i{} : whole;
+                whole = whole > 255 ? Pixel4i{} + 255 : whole;
+                const Bytes4 bytes = __builtin_convertvector(whole, Bytes4);
+                std::memcpy(put, &bytes, 4);
+            }
         }
     }
 }

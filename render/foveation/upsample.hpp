@@ -1,7 +1,8 @@
-// Bilinear enlargement by 1, 2, 4 or 8 along each axis, the same samples and weights as GL_LINEAR with clamped edges.
+// Enlargement by 1, 2, 4 or 8 along each axis: bilinear with the same samples and weights as GL_LINEAR with clamped edges,
+// nearest, and cubic (Catmull-Rom, as the shader of bin_resolve.cpp).
 //
 // Input: RGBA8 rows, any row first. Precision: exact weights, rounded to nearest once (GL rounds the same or one off).
-// Cost: about 0.5 ns per output pixel. Threads: pure function. noexcept, no allocation.
+// Cost: about 0.5 ns per output pixel, cubic about 3 ns. Threads: pure functions. noexcept, no allocation.
 #pragma once
 
 #include <cstddef>
@@ -24,5 +25,10 @@ using RowScratch = std::span<std::uint16_t>;
 // pixel (x0, y0).
 void enlarge(const SmallImage& small, int x_shift, int y_shift, int x0, int y0, int x1, int y1, std::uint8_t* out,
              std::size_t out_stride_bytes, RowScratch scratch) noexcept;
+// The same with other filters. Scratch of cubic: at least (small width + 4) * 4 values.
+void enlarge_nearest(const SmallImage& small, int x_shift, int y_shift, int x0, int y0, int x1, int y1, std::uint8_t* out,
+                     std::size_t out_stride_bytes) noexcept;
+void enlarge_cubic(const SmallImage& small, int x_shift, int y_shift, int x0, int y0, int x1, int y1, std::uint8_t* out,
+                   std::size_t out_stride_bytes, std::span<float> scratch) noexcept;
 
 }  // namespace fovea::foveation

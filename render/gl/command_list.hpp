@@ -43,8 +43,11 @@ struct Draw {
 };
 
 struct Clear {
-    std::array<float, 4> color{0, 0, 0, 1};
+    std::array<float, 4> color{0, 0, 0, 1};   // of every colour attachment; integer attachments get 0
     float depth = 1;
+    // The draws go on over what the framebuffer holds. Depth outside the fovea is only there to go on from if the frame
+    // before was drawn with MethodSettings::resolve_depth, or in full.
+    bool keep_color = false, keep_depth = false;
 };
 
 // One submission.

@@ -148,7 +148,7 @@ Result<RenderTarget> RenderTarget::create(const TargetSettings& s) {
         t.color_ = Texture(name);
         glBindTexture(GL_TEXTURE_2D, name);
         glTexStorage2D(GL_TEXTURE_2D, 1, format, s.width_px, s.height_px);
-        const GLint filter = s.filter == Filter::linear ? GL_LINEAR : GL_NEAREST;
+        const GLint filter = s.filter == Filter::nearest ? GL_NEAREST : GL_LINEAR;
         glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, filter);
         glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, filter);
         glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);

@@ -68,7 +68,7 @@ void update_buffer(const Buffer& buffer, std::size_t offset, std::span<const std
 [[nodiscard]] VertexArray create_vertex_array() noexcept;
 
 enum class ColorFormat : std::uint8_t { rgba8, srgb8_alpha8, rgba16f };
-enum class Filter : std::uint8_t { nearest, linear };
+enum class Filter : std::uint8_t { nearest, linear, cubic };   // cubic: by whoever samples; the texture itself is linear
 
 struct TargetSettings {
     int width_px = 0, height_px = 0;   // 1 to the driver's limit

@@ -56,14 +56,16 @@ void Views::look(std::size_t view, const density::FocalPoint& point) {
     focus[view].count = 1;
 }
 
-QuadDraw::QuadDraw(const std::string& body) {
+QuadDraw::QuadDraw(const std::string& body, const QuadOptions& o) {
     const std::string vertex =
-        "#version 310 es\nlayout(location = 0) uniform vec4 crop;\nlayout(location = 0) in vec2 p;\nout highp vec2 ndc;\n"
-        "void main() { ndc = p; gl_Position = vec4(p * crop.xy + crop.zw, 0.0, 1.0); }\n";
+        "#version 310 es\nlayout(location = 0) uniform vec4 crop;\nlayout(location = 0) in vec3 p;\nout highp vec2 ndc;\n"
+        "void main() { ndc = p.xy; gl_Position = vec4(p.xy * crop.xy + crop.zw, p.z * 2.0 - 1.0, 1.0); }\n";
+    std::string outputs = o.more_outputs;
+    for (int i = 1; i < o.outputs; ++i) outputs += "layout(location = " + std::to_string(i) + ") out vec4 color" + std::to_string(i) + ";\n";
     const auto fragment = [&](bool count) {
-        return std::string("#version 310 es\nprecision highp float;\n") +
+        return std::string("#version 310 es\nprecision highp float;\nprecision highp int;\n") +
                (count ? "layout(early_fragment_tests) in;\nlayout(binding = 0, offset = 0) uniform highp atomic_uint n;\n" : "") +
-               "in highp vec2 ndc;\nlayout(location = 0) out vec4 color;\nvoid main() {\n" +
+               "in highp vec2 ndc;\nlayout(location = 0) out vec4 color;\n" + outputs + "void main() {\n" +
                (count ? "atomicCounterIncrement(n);\n" : "") + body + "\n}\n";
     };
     auto program = gl::build_program("quad", vertex, fragment(false)), counting = gl::build_program("quad", vertex, fragment(true));
@@ -71,14 +73,15 @@ QuadDraw::QuadDraw(const std::string& body) {
     EXPECT_TRUE(counting.has_value()) << counting.error().message();
     program_ = *std::move(program);
     counting_ = *std::move(counting);
-    constexpr float kCorners[] = {-1, -1, 1, -1, 1, 1, -1, 1};
+    const gl::Box& w = o.where;
+    const float corners[] = {w.x0, w.y0, o.depth, w.x1, w.y0, o.depth_right, w.x1, w.y1, o.depth_right, w.x0, w.y1, o.depth};
     constexpr std::uint32_t kIndices[] = {0, 1, 2, 0, 2, 3};
-    vertices_ = gl::create_vertex_buffer(std::as_bytes(std::span(kCorners)));
+    vertices_ = gl::create_vertex_buffer(std::as_bytes(std::span(corners)));
     indices_ = gl::create_vertex_buffer(std::as_bytes(std::span(kIndices)));
     arrays_ = gl::create_vertex_array();
     glBindVertexArray(arrays_.name());
     glBindBuffer(GL_ARRAY_BUFFER, vertices_.name());
-    glVertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, 0, nullptr);
+    glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
     glEnableVertexAttribArray(0);
     glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_.name());
     glBindVertexArray(0);
@@ -88,7 +91,15 @@ QuadDraw::QuadDraw(const std::string& body) {
     d.counting_program = counting_.name();
     d.vertex_array = arrays_.name();
     d.index_count = 6;
+    d.bounds.fill(w);
     list_.add(d);
+}
+
+gl::CommandList QuadDraw::after(const gl::Clear& clear) const {
+    gl::CommandList list;
+    list.begin(clear, {});
+    list.add(list_.draws()[0]);
+    return list;
 }
 
 std::string footprint_shader(int width, int height) {
