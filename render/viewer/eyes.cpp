@@ -7,7 +7,16 @@ std::expected<Eyes, Failure> Eyes::create(const Options& o, const TimeSource& ti
     auto scene = scene::Scene::create({.name = o.scene, .speed = o.speed});
     if (!scene) return failed(scene.error(), kUsage);
     eyes.scene_.emplace(*std::move(scene));
-    if (auto r = eyes.choose_method(o.method); !r) return failed(r.error(), kUsage);
+    if (auto r = eyes.choose_method(o.quality == "off" ? o.method : "full"); !r) return failed(r.error(), kUsage);
+    if (o.quality != "off") {
+        auto ladder = o.quality == "auto" ? Result<quality::Ladder>(quality::built_in_ladder()) : quality::load_ladder(o.quality);
+        if (!ladder) return failed(ladder.error(), kUnusableInput);
+        std::optional<quality::GovernorSettings> governor;
+        if (o.quality == "auto" || o.budget_ms > 0) governor.emplace().budget = seconds(o.budget_ms > 0 ? o.budget_ms * 1e-3 : 1 / o.scanout.refresh_hz);
+        auto control = quality::Control::create(*std::move(ladder), governor);
+        if (!control) return failed(control.error(), kUsage);
+        eyes.quality_.emplace(*std::move(control));
+    }
     if (auto r = eyes.resize(o.width_px, o.height_px); !r) return failed(r.error());
     if (!eyes.warm_up(time)) return failed({"the GPU did not finish the first frame in 10 seconds", o.scene, "use a smaller --size"});
     return eyes;
@@ -23,10 +32,14 @@ Result<void> Eyes::resize(int width_px, int height_px) {
     }
     owned_ = std::move(made);
     for (std::size_t i = 0; i < kEyes; ++i) targets_[i] = {owned_[i].framebuffer(), 0, 0, width_px, height_px};
+    if (quality_)
+        if (auto r = quality_->prepare(targets_); !r) return r;
     return method_->prepare(targets_);
 }
 
 Result<void> Eyes::choose_method(const std::string& name) {
+    quality_.reset();
+    drawn_ = method_.get();
     if (name == method_name_) return {};
     auto method = foveation::create_method(name, {});
     if (!method) return std::unexpected(method.error());
@@ -34,31 +47,40 @@ Result<void> Eyes::choose_method(const std::string& name) {
         if (auto r = (*method)->prepare(targets_); !r) return r;
     method_ = *std::move(method);
     method_name_ = name;
+    drawn_ = method_.get();
     return {};
 }
 
 void Eyes::focus_on(const Latched& latched) noexcept {
+    density::FoveaSizeSettings size = fovea_;
+    if (quality_) size.gain = quality_->setting().gain;
     for (std::size_t i = 0; i < kEyes; ++i) {
         const fovea_focal& f = latched.focals[i];
-        focus_[i].points[0] = density::sized_focal_point(fovea_, f.x_ndc, f.y_ndc, f.radius95_rad, f.ndc_per_rad_x, f.ndc_per_rad_y);
-        focus_[i].count = method_->wants_gaze_status() && (f.flags & FOVEA_FOCAL_STATIC) != 0 ? 0 : 1;
+        focus_[i].points[0] = density::sized_focal_point(size, f.x_ndc, f.y_ndc, f.radius95_rad, f.ndc_per_rad_x, f.ndc_per_rad_y);
+        focus_[i].count = next().wants_gaze_status() && (f.flags & FOVEA_FOCAL_STATIC) != 0 ? 0 : 1;
     }
 }
 
 void Eyes::submit_early(const Latched& latched) noexcept {
     focus_on(latched);
-    method_->submit_early(draws_, targets_, focus_);
+    next().submit_early(draws_, targets_, focus_);
 }
 
 foveation::FrameCost Eyes::submit(const Latched& latched) noexcept {
     focus_on(latched);
-    return method_->submit(draws_, targets_, focus_);
+    drawn_ = &next();
+    return drawn_->submit(draws_, targets_, focus_);
 }
 
 // The driver compiles shaders at their first use: not in the first frame that counts. An off-centre fovea of each size
 // uses every level.
 bool Eyes::warm_up(const TimeSource& time) {
     record(0);
+    if (quality_) {
+        quality_->warm_up(draws_, targets_);
+        drawn_ = &next();
+        return gl::Fence::insert().wait(time).has_value();
+    }
     for (const float gain : {3.0f, 12.0f}) {
         for (auto& f : focus_) {
             f.points[0] = {0.3f, 0.2f, gain, gain, 0};

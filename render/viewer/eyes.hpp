@@ -12,6 +12,7 @@
 #include "render/density/fovea_size.hpp"
 #include "render/foveation/method.hpp"
 #include "render/gl/command_list.hpp"
+#include "render/quality/control.hpp"
 #include "render/scene/scene.hpp"
 #include "render/viewer/frame.hpp"
 #include "render/viewer/viewer.hpp"
@@ -25,25 +26,33 @@ public:
     [[nodiscard]] static std::array<scene::SceneView, kEyes> views() noexcept { return scene::stereo_views(); }
     // Both change with one call at most; cheap when nothing does. The next frame uses them.
     [[nodiscard]] Result<void> resize(int width_px, int height_px);   // of each eye
-    [[nodiscard]] Result<void> choose_method(const std::string& name);
+    [[nodiscard]] Result<void> choose_method(const std::string& name);   // ends what holds a budget
 
     // The draws of a frame, `time_s` after the start.
     void record(double time_s) { scene_->record(time_s, views_, draws_); }
     [[nodiscard]] scene::Pose camera(double time_s) const noexcept { return scene_->camera(time_s); }
-    [[nodiscard]] bool late_fovea() const noexcept { return method_->late_fovea(); }
+    [[nodiscard]] bool late_fovea() const noexcept { return next().late_fovea(); }
     void submit_early(const Latched& latched) noexcept;
     foveation::FrameCost submit(const Latched& latched) noexcept;
-    void observe(Duration cost) noexcept { method_->observe(cost); }
+    // The frame that ended `now` took `cost`.
+    void observe(Instant now, Duration cost) noexcept {
+        if (quality_) quality_->observe(now, cost);
+        else method_->observe(cost);
+    }
+    // What the quality governor has changed, line by line; null: no --quality.
+    [[nodiscard]] quality::Control* quality() noexcept { return quality_ ? &*quality_ : nullptr; }
 
     [[nodiscard]] int width() const noexcept { return targets_[0].width_px; }
     [[nodiscard]] int height() const noexcept { return targets_[0].height_px; }
     [[nodiscard]] const gl::RenderTarget& target(std::size_t eye) const noexcept { return owned_[eye]; }
-    [[nodiscard]] const foveation::Method& method() const noexcept { return *method_; }
-    [[nodiscard]] const std::string& method_name() const noexcept { return method_name_; }
+    // That drew the last frame.
+    [[nodiscard]] const foveation::Method& method() const noexcept { return *drawn_; }
+    [[nodiscard]] std::string method_name() const { return quality_ ? std::string(drawn_->name()) : method_name_; }
 
 private:
     explicit Eyes(const density::FoveaSizeSettings& fovea) noexcept : fovea_(fovea) {}
     void focus_on(const Latched& latched) noexcept;
+    [[nodiscard]] foveation::Method& next() const noexcept { return quality_ ? quality_->method() : *method_; }
     [[nodiscard]] bool warm_up(const TimeSource& time);
 
     density::FoveaSizeSettings fovea_;
@@ -51,6 +60,8 @@ private:
     std::optional<scene::Scene> scene_;
     std::string method_name_;
     std::unique_ptr<foveation::Method> method_;
+    std::optional<quality::Control> quality_;   // draws instead of method_
+    foveation::Method* drawn_ = nullptr;
     std::array<gl::RenderTarget, kEyes> owned_;
     std::array<foveation::ViewTarget, kEyes> targets_;
     std::array<foveation::ViewFocus, kEyes> focus_;

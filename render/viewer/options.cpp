@@ -42,6 +42,11 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
     app.add_option("--frames", o.frames, "end after this many frames instead")->check(CLI::Range(1L, 1'000'000'000L));
     app.add_option("--size", size, "pixels per eye, WIDTHxHEIGHT or one number for a square")->capture_default_str();
     app.add_option("--method", o.method, "foveation method:" + list_of(foveation::methods()))->capture_default_str();
+    auto* quality = app.add_option("--quality", o.quality,
+                   "off; auto: hold --budget-ms by moving along the built-in ladder of settings; or a file of `fovea tradeoff foveation --toml`: its pick, "
+                   "or with --budget-ms along its settings. --method and --gain do not count then")->capture_default_str();
+    app.add_option("--budget-ms", o.budget_ms, "time of a frame, recording to GPU done, that --quality holds (default: one refresh)")
+        ->needs(quality)->check(CLI::Range(0.1, 100'000.0));
     app.add_option("--scene", o.scene, "what to draw, or the path of a .gltf or .glb file:" + list_of(scene::scenes()))->capture_default_str();
     app.add_option("--present", o.present, "where frames are shown; auto: the first of these that the environment offers:" + list_of(present::presenters()))
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast)->capture_default_str();

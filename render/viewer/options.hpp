@@ -22,6 +22,8 @@ struct Options {
     long frames = 0;                    // > 0: ends after so many frames, whatever the duration
     int width_px = 768, height_px = 768;   // per eye
     std::string method = "scaled_bins", scene = "circuit";
+    std::string quality = "off";        // off, auto, or the path of a ladder: the setting is then not `method`
+    double budget_ms = 0;               // of a frame, for quality; 0: one refresh of the simulated display
     std::string present = "auto";       // a presenter's name, or auto
     present::ScanoutSettings scanout;
     density::FoveaSizeSettings fovea;

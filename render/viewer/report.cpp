@@ -13,7 +13,7 @@ std::string to_text(const Summary& s, const Options& o) {
                   "shaded %.1f %% of the pixels; per frame (medians): %.1f ms, latch to submit %.2f ms, latch to GPU done %.1f ms\n"
                   "display: %s, %s; photon %.1f ms after the latch, off its prediction by %.2f ms (medians)\n",
                   static_cast<unsigned long long>(s.frames), s.seconds, s.seconds > 0 ? static_cast<double>(s.frames) / s.seconds : 0.0,
-                  static_cast<unsigned long long>(s.live_frames), o.method.c_str(), o.width_px, o.height_px, s.renderer.c_str(),
+                  static_cast<unsigned long long>(s.live_frames), s.quality.empty() ? o.method.c_str() : ("--quality " + o.quality).c_str(), o.width_px, o.height_px, s.renderer.c_str(),
                   100 * s.shaded, s.frame_ms, s.latch_to_submit_ms, s.latch_to_done_ms, s.presenter.c_str(), s.display.c_str(), s.latch_to_photon_ms, s.photon_error_ms);
     std::string out = text.data();
     if (s.extrapolated != 0) {
@@ -26,6 +26,7 @@ std::string to_text(const Summary& s, const Options& o) {
                       s.extrapolated_psnr_db, s.held_psnr_db, o.out.c_str());
         out += text.data();
     }
+    if (!s.quality.empty()) out += "quality: " + s.quality + " at the end, " + std::to_string(s.quality_changes) + " changes\n";
     if (s.snapshot_frame != 0)
         out += "pictures of frame " + std::to_string(s.snapshot_frame) + ": " + o.out + "/frame.png, " + o.out + "/frame_levels.png\n";
     if (s.interrupted) out += "interrupted\n";
@@ -56,6 +57,7 @@ std::string to_json(const Summary& s, const Options& o) {
         j["extrapolation"]["psnr_db"] = s.extrapolated_psnr_db;
         j["extrapolation"]["held_psnr_db"] = s.held_psnr_db;
     }
+    if (!s.quality.empty()) j["quality"] = {{"setting", s.quality}, {"changes", s.quality_changes}};
     j["connects"] = s.connects;
     j["frames_dropped"] = s.frames_dropped;
     j["snapshot_frame"] = s.snapshot_frame;

@@ -42,6 +42,7 @@ public:
                 if (auto r = look_back(); !r) return failed(r.error());
             }
             if (snapshot_due()) take_snapshot();
+            log_quality();
             progress(false);
         }
         progress(true);
@@ -76,7 +77,7 @@ private:
         const auto done = fence.wait(time_);
         if (!done) return false;
         frame.gpu_done = *done;
-        eyes_.observe(frame.gpu_done - frame.started);
+        eyes_.observe(frame.gpu_done, frame.gpu_done - frame.started);
         frame_cost_.add(frame.gpu_done - frame.started);
         latched_cost_.add(frame.gpu_done - frame.latched.when());
         record_.rendered(frame);
@@ -181,6 +182,14 @@ private:
         return write_comparison(made, truth, eyes_.width(), eyes_.height(), o_.out);
     }
 
+    // After the frame was shown: writing costs the next one at most what waits for a terminal cost.
+    void log_quality() {
+        quality::Control* const control = eyes_.quality();
+        if (control == nullptr) return;
+        for (auto line = control->take_log_line(); line; line = control->take_log_line())
+            std::fprintf(stderr, "%sfovea-view: %8.3f s: %s\n", o_.progress ? "\r\033[K" : "", to_seconds(time_.now() - begin_), line->c_str());
+    }
+
     void progress(bool last) {
         if (!o_.progress) return;
         const Instant now = time_.now();
@@ -201,6 +210,10 @@ private:
         s.presenter = presenter_->name();
         s.display = presenter_->description();
         s.extrapolation_backend = in_between_.backend();
+        if (const quality::Control* control = eyes_.quality()) {
+            s.quality = control->setting().label;
+            s.quality_changes = control->changes();
+        }
         const fovea_status status = gaze_.status();
         s.connects = status.connects;
         s.frames_dropped = status.frames_dropped;

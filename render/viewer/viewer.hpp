@@ -36,6 +36,8 @@ struct Summary {
     std::uint64_t snapshot_frame = 0;  // 0: no picture
     std::string renderer;
     std::string presenter, display;    // the presenter's name and description
+    std::string quality;               // the setting at the end; empty: no --quality
+    std::uint64_t quality_changes = 0;
     bool interrupted = false;
 };
 

@@ -187,15 +187,38 @@ TEST_F(Viewer, AnInterruptEndsItCleanly) {
     }
 }
 
-TEST_F(Viewer, TradeoffFoveationJudgesEveryMethodInOneRun) {
+// A budget that nothing holds: down to the cheapest setting, with a line for each change, and a picture of what was drawn.
+TEST_F(Viewer, QualityAutoHoldsABudgetAndLogsEveryChange) {
+    const fs::path out = dir_ / "pictures";
+    const Outcome r = run("--wait --frames 40 --size 64 --json --quality auto --budget-ms 0.1 --out " + quoted(out));
+    EXPECT_EQ(r.exit_code, 0) << r.err;
+    EXPECT_NE(r.err.find("quality: scaled_bins, gain 4 -> scaled_bins, gain 10: over the budget ("), std::string::npos) << r.err;
+    EXPECT_NE(r.err.find("gain 10 stays: over the budget at the cheapest setting"), std::string::npos) << r.err;
+    EXPECT_NE(r.out.find("\"setting\": \"scaled_bins, gain 10\""), std::string::npos) << r.out;
+    EXPECT_TRUE(fs::exists(out / "frame_levels.png"));
+}
+
+TEST_F(Viewer, QualityAutoClimbsWhereThereIsTime) {
+    const Outcome r = run("--wait --frames 170 --refresh-hz 100 --size 16 --scene fragbox --json --quality auto --budget-ms 100000");
+    EXPECT_EQ(r.exit_code, 0) << r.err;
+    EXPECT_NE(r.err.find("gain 4 -> scaled_bins, gain 3: a better one fits"), std::string::npos) << r.err;
+}
+
+TEST_F(Viewer, QualityReadsTheFileThatTheTradeoffWrites) {
+    const std::string ladder = quoted(dir_ / "quality.toml");
     std::string command = std::string("'") + FOVEA_BIN_DIR;
-    command.append("/fovea' tradeoff foveation --scene fragbox --size 64 --repeat 1 --budget-ms 100000 --csv ").append(quoted(dir_ / "csv"));
+    command.append("/fovea' tradeoff foveation --scenes fragbox --methods inset_outset --size 64 --frames 1 --budget-ms 100000 --toml ").append(ladder);
     command.append(" >").append(quoted(dir_ / "out")).append(" 2>").append(quoted(dir_ / "err"));
     ASSERT_EQ(std::system(command.c_str()), 0) << text("err");
-    for (const char* method : {"full", "scaled_bins linear, gain 4", "scaled_bins_late", "inset_outset 0.5", "dynamic_viewports", "shading_rate"})
-        EXPECT_NE(text("out").find(method), std::string::npos) << method;
-    EXPECT_NE(text("csv").find("exact"), std::string::npos);
-    EXPECT_NE(text("err").find("within 100000 ms: full"), std::string::npos) << "the most accurate of all: " << text("err");
+    const Outcome fixed = run(kQuick + ("--json --quality " + ladder));
+    EXPECT_EQ(fixed.exit_code, 0) << fixed.err;
+    EXPECT_NE(fixed.out.find("\"setting\": \"full\""), std::string::npos) << fixed.out;
+    EXPECT_TRUE(fixed.err.empty()) << fixed.err;
+    std::ofstream(dir_ / "quality.toml", std::ios::app) << "[[quality.setting]]\nmethod = \"magic\"\n";
+    const Outcome wrong = run(kQuick + ("--quality " + ladder));
+    EXPECT_EQ(wrong.exit_code, 3);
+    EXPECT_NE(wrong.err.find("unknown method 'magic'"), std::string::npos) << wrong.err;
+    EXPECT_EQ(run(kQuick + std::string("--budget-ms 5")).exit_code, 2) << "a budget without --quality";
 }
 
 }  // namespace
