@@ -13,6 +13,13 @@ find_package(ZLIB REQUIRED)
 pkg_check_modules(tomlplusplus REQUIRED IMPORTED_TARGET tomlplusplus)
 pkg_check_modules(epoxy REQUIRED IMPORTED_TARGET epoxy)
 pkg_check_modules(egl REQUIRED IMPORTED_TARGET egl)
+# Windows and screens.
+pkg_check_modules(wayland_client REQUIRED IMPORTED_TARGET wayland-client)
+pkg_check_modules(wayland_egl REQUIRED IMPORTED_TARGET wayland-egl)
+pkg_check_modules(wayland_protocols REQUIRED wayland-protocols)
+pkg_check_modules(xkbcommon REQUIRED IMPORTED_TARGET xkbcommon)
+pkg_check_modules(xcb REQUIRED IMPORTED_TARGET xcb xcb-keysyms xcb-present xcb-randr)
+pkg_check_modules(drm REQUIRED IMPORTED_TARGET libdrm gbm)
 
 if(FOVEA_TESTS)
   find_package(GTest REQUIRED)

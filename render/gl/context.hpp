@@ -1,11 +1,14 @@
-// An OpenGL ES context without a window: EGL on the surfaceless platform of Mesa.
+// An OpenGL ES context, without a window (EGL on the surfaceless platform of Mesa) or on the connection to a window
+// system; and the surface of a window.
 //
-// Source: EGL_MESA_platform_surfaceless, EGL_KHR_surfaceless_context, EGL_KHR_no_config_context.
+// Source: EGL_MESA_platform_surfaceless, EGL_EXT_platform_wayland, EGL_EXT_platform_xcb, EGL_KHR_platform_gbm,
+// EGL_KHR_surfaceless_context, EGL_KHR_no_config_context.
 // Threads: a context is current on the thread that created it until make_current() is called on another one.
 // Errors: create() says what is missing (libEGL, driver, version) and which package supplies it. A missing libEGL is an
 // error, never an abort.
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <string>
 
@@ -24,10 +27,18 @@ struct ContextInfo {
     int max_samples = 0, max_texture_px = 0;
 };
 
+// A connection to a window system, as EGL takes it.
+enum class Platform : std::uint8_t { surfaceless, wayland, xcb, gbm };
+struct NativeDisplay {
+    Platform platform = Platform::surfaceless;
+    void* handle = nullptr;   // wl_display*, xcb_connection_t*, gbm_device*; must outlive the contexts made from it
+};
+
 class Context {
 public:
     // A new context, current on this thread. share: its objects are shared; may be null.
     [[nodiscard]] static Result<Context> create(const Context* share = nullptr);
+    [[nodiscard]] static Result<Context> create(const NativeDisplay& native);
     Context(Context&&) noexcept;
     Context& operator=(Context&&) noexcept;
     ~Context();   // releases it if it is current on this thread
@@ -37,13 +48,37 @@ public:
     static void release() noexcept;                      // no context is current on this thread afterwards
 
 private:
+    friend class WindowSurface;
     struct State;
     explicit Context(std::unique_ptr<State> state) noexcept;
+    [[nodiscard]] static Result<Context> finish(std::unique_ptr<State> state, const Context* share);
     std::unique_ptr<State> state_;
 };
 
 // The current driver's entry point of that name, for code that keeps its own table of them; null if it has none.
 [[nodiscard]] void (*driver_function(const char* name))();
+// What EGL draws a window into: framebuffer 0 of the context that it is current with.
+class WindowSurface {
+public:
+    // The visual that a window needs, of 8 bits per channel: an X visual, a GBM format (wanted: only this one is good
+    // enough; 0: any will do). Wayland windows need none.
+    [[nodiscard]] static Result<std::uint32_t> visual(const Context& context, std::uint32_t wanted = 0);
+    // window: wl_egl_window*, pointer to xcb_window_t, gbm_surface*; must outlive this, as must the context, on whose
+    // display it lives. Current with the context afterwards. swap() will not wait for the display.
+    [[nodiscard]] static Result<WindowSurface> create(const Context& context, void* window, std::uint32_t visual = 0);
+    WindowSurface() noexcept = default;
+    WindowSurface(WindowSurface&&) noexcept;
+    WindowSurface& operator=(WindowSurface&&) noexcept;
+    ~WindowSurface();
+
+    // Hands what was drawn to the window system. False: the window or its server is gone.
+    [[nodiscard]] bool swap() noexcept;
+
+private:
+    void* display_ = nullptr;
+    void* surface_ = nullptr;
+    void* context_ = nullptr;
+};
 
 // The pending GL error of the current context as text, empty if there is none; clears all.
 [[nodiscard]] std::string pending_error();

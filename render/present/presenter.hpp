@@ -109,6 +109,8 @@ struct PresenterEntry {
 
 // Errors: an unknown name lists the known ones. "auto" is known.
 [[nodiscard]] Result<void> check_presenter(std::string_view name);
+// The row of a known name, or the one that "auto" stands for at present.
+[[nodiscard]] const PresenterEntry& presenter_for(std::string_view name) noexcept;
 // name: one of the table, or "auto": the first that the environment offers. `time` must outlive it.
 // Errors: those of check_presenter; a display that cannot be opened; no GL driver for it.
 [[nodiscard]] Result<std::unique_ptr<Presenter>> create_presenter(std::string_view name, const PresenterSettings& settings,

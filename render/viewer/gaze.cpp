@@ -6,14 +6,14 @@ std::expected<Gaze, Failure> Gaze::connect(const Options& o, std::span<const sce
     FOVEA_REQUIRE(eyes.size() == kEyes);
     fovea_connect_info info{};
     FOVEA_INIT(&info);
-    info.flags = o.wait ? FOVEA_CONNECT_WAIT : 0;
+    info.flags = o.wait || o.mouse ? FOVEA_CONNECT_WAIT : 0;
     info.socket_path = o.socket.empty() ? nullptr : o.socket.c_str();
     info.client_name = "fovea-view";
     fovea_client* client = nullptr;
     const fovea_result result = fovea_connect(&info, &client);
     if (result != FOVEA_OK) {
         const bool absent = result == FOVEA_ERROR_NO_DAEMON;
-        return std::unexpected(Failure{{fovea_last_error(nullptr), {}, absent ? "--socket names another one; --wait starts without it" : ""},
+        return std::unexpected(Failure{{fovea_last_error(nullptr), {}, absent ? "--socket names another one; --wait starts without it; in a window, --mouse does" : ""},
                                        absent ? kNoDaemon : kFailed});
     }
     Gaze gaze;
@@ -41,6 +41,7 @@ Latched Gaze::latch(Instant photon) noexcept {
 }
 
 void Gaze::report(const Frame& frame, const present::Feedback& feedback) noexcept {
+    if (frame.latched().source != GazeSource::daemon) return;   // a hand's latency is not an eye's
     fovea_frame f{};
     FOVEA_INIT(&f);
     f.flags = feedback.source == present::PhotonSource::simulated ? FOVEA_FRAME_PHOTON_SIMULATED : 0;
@@ -57,7 +58,7 @@ void Gaze::report(const Frame& frame, const present::Feedback& feedback) noexcep
         const foveation::Method::Region& r = frame.regions[i];
         f.foveas[i] = {static_cast<float>(r.x_ndc), static_cast<float>(r.y_ndc), static_cast<float>(r.half_width_ndc), static_cast<float>(r.half_height_ndc)};
     }
-    f.latch = frame.latched.info;
+    f.latch = frame.latched().info;
     static_cast<void>(fovea_submit_frame(client_.get(), &f));   // a full or absent queue is counted by the library
 }
 

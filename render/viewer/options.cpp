@@ -31,16 +31,18 @@ std::string list_of(const Entries& entries) {
 
 std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
     Options o;
-    std::string size = "768";
+    std::string size = "768", latch = "late";
     double radius_deg = 4, max_deg = 25;
     CLI::App app{
         "Renders a stereo scene that is sharp where the eye tracker says the person looks.\n"
-        "It needs no window and no GPU: pictures go to files. Start fovead first (or use --wait), then for example:\n"
-        "    fovea-view --duration 10 --out out"};
+        "It needs no GPU, and no window: without one, pictures go to files. Start fovead first (or use --wait), then for\n"
+        "example:\n"
+        "    fovea-view --duration 10 --out out\n"
+        "In a window, without a tracker, the mouse is the gaze; h shows the keys."};
     app.add_option("--socket", o.socket, "fovead's socket (default: $FOVEA_SOCKET, then the usual places)");
-    app.add_option("--duration", o.duration_s, "seconds to run; 0 runs until Ctrl-C")->check(CLI::Range(0.0, 1e6))->capture_default_str();
+    app.add_option("--duration", o.duration_s, "seconds to run; 0 runs until Ctrl-C (default: 10, in a window 0)")->check(CLI::Range(0.0, 1e6));
     app.add_option("--frames", o.frames, "end after this many frames instead")->check(CLI::Range(1L, 1'000'000'000L));
-    app.add_option("--size", size, "pixels per eye, WIDTHxHEIGHT or one number for a square")->capture_default_str();
+    app.add_option("--size", size, "pixels per eye, WIDTHxHEIGHT or one number for a square; a window can be resized and keeps the shape")->capture_default_str();
     app.add_option("--method", o.method, "foveation method:" + list_of(foveation::methods()))->capture_default_str();
     auto* quality = app.add_option("--quality", o.quality,
                    "off; auto: hold --budget-ms by moving along the built-in ladder of settings; or a file of `fovea tradeoff foveation --toml`: its pick, "
@@ -50,6 +52,11 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
     app.add_option("--scene", o.scene, "what to draw, or the path of a .gltf or .glb file:" + list_of(scene::scenes()))->capture_default_str();
     app.add_option("--present", o.present, "where frames are shown; auto: the first of these that the environment offers:" + list_of(present::presenters()))
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast)->capture_default_str();
+    app.add_flag("--mouse", o.mouse, "the mouse is the gaze even if there is a tracker (without one it is, in a window)");
+    app.add_option("--latch", latch, "when the gaze is latched: late (after the draws are recorded) or early (before: the second-best case, "
+                                     "which is measured in every run)")
+        ->check(CLI::IsMember({"late", "early"}))->capture_default_str();
+    app.add_flag("--levels", o.levels, "show the levels in the window from the start (key l)");
     app.add_option("--refresh-hz", o.scanout.refresh_hz, "refresh rate of the simulated display")->capture_default_str();
     app.add_option("--scanout-ms", o.scanout.scanout_ms, "time the simulated display takes to emit a frame")->capture_default_str();
     app.add_option("--gain", o.fovea.gain, "how fast resolution falls outside the fovea (QCOM gain, 1/NDC)")
@@ -73,7 +80,7 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
     app.add_flag("--progress", o.progress, "a progress line on stderr even when it is no terminal");
     app.add_flag("--quiet", o.quiet, "no progress line");
     app.footer(
-        "The display is simulated (there is none): photon times are computed from --refresh-hz and --scanout-ms.\n"
+        "Without a display it is simulated: photon times are computed from --refresh-hz and --scanout-ms.\n"
         "Exit codes: 0 success (also after Ctrl-C), 1 failed while running, 2 wrong usage, 3 unusable input, 4 no daemon.");
     try {
         app.parse(argc, argv);
@@ -88,6 +95,7 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
         *exit_code = kUsage;
         return std::nullopt;
     }
+    o.latch_early = latch == "early";
     constexpr double kRadPerDeg = 3.14159265358979323846 / 180;
     o.fovea.base_radius_rad = o.fovea.min_radius_rad = radius_deg * kRadPerDeg;
     o.fovea.max_radius_rad = std::max(radius_deg, max_deg) * kRadPerDeg;

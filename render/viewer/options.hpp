@@ -18,7 +18,7 @@ enum class Extrapolate : std::uint8_t { off, automatic, on };   // automatic: wh
 
 struct Options {
     std::string socket;                 // empty: where libfovea looks
-    double duration_s = 10;             // 0: until interrupted
+    double duration_s = -1;             // 0: until interrupted or closed; < 0: 10 without a window, 0 in one
     long frames = 0;                    // > 0: ends after so many frames, whatever the duration
     int width_px = 768, height_px = 768;   // per eye
     std::string method = "scaled_bins", scene = "circuit";
@@ -32,6 +32,9 @@ struct Options {
     render::extrapolation::Preset extrapolation_preset = render::extrapolation::Preset::fast;
     std::string out;                    // directory; empty: no pictures
     long snapshot_frame = 0;            // 0: a live frame past the middle
+    bool mouse = false;                 // the pointer is the gaze even if there is a tracker
+    bool latch_early = false;           // before recording: the second-best case
+    bool levels = false;                // shown from the start
     bool wait = false, json = false, progress = false, quiet = false;
 };
 

@@ -16,7 +16,8 @@ public:
         if (values_.size() < kMost) values_.push_back(v);
         else values_[next_++ % kMost] = v;
     }
-    [[nodiscard]] double median() const;   // 0 without any
+    [[nodiscard]] double quantile(double q) const;   // q in [0, 1]; 0 without any
+    [[nodiscard]] double median() const { return quantile(0.5); }
 
 private:
     static constexpr std::size_t kMost = 4096;
@@ -35,7 +36,12 @@ public:
 
 private:
     Summary summary_;
-    Kept frame_ms_, submit_ms_, done_ms_, error_ms_, photon_ms_, between_ms_, between_photon_ms_;
+    struct LatchTo {
+        Kept submit_ms, gpu_done_ms, photon_ms;
+        [[nodiscard]] Summary::LatchTo medians() const { return {submit_ms.median(), gpu_done_ms.median(), photon_ms.median()}; }
+    };
+    Kept frame_ms_, error_ms_, apart_deg_, motion_to_photon_ms_, between_ms_, between_photon_ms_;
+    LatchTo late_, early_;
     double shaded_sum_ = 0;
 };
 

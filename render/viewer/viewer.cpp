@@ -6,32 +6,47 @@
 #include <memory>
 
 #include "protocol/clock.hpp"
+#include "render/viewer/controls.hpp"
 #include "render/viewer/eyes.hpp"
 #include "render/viewer/gaze.hpp"
 #include "render/viewer/in_between.hpp"
+#include "render/viewer/layout.hpp"
+#include "render/viewer/mouse.hpp"
 #include "render/viewer/pictures.hpp"
 #include "render/viewer/record.hpp"
+#include "render/viewer/screen.hpp"
 
 namespace fovea::viewer {
 namespace {
 
 constexpr Duration kFirstGuess = std::chrono::milliseconds(40);   // of a frame's cost, before there is one
 constexpr Duration kPatience = std::chrono::milliseconds(20);     // at most so long is an interrupt not heard
+constexpr Duration kTextEvery = std::chrono::milliseconds(250);
+constexpr double kWithoutWindow_s = 10;
 constexpr std::size_t kMostAwaited = 64;                          // frames whose photon is not known yet
 
 class Viewer {
 public:
     Viewer(const Options& options, const std::atomic<bool>& stop, const TimeSource& time, std::unique_ptr<present::Presenter> presenter, Gaze gaze, Eyes eyes)
         : o_(options), stop_(stop), time_(time), presenter_(std::move(presenter)), gaze_(std::move(gaze)), eyes_(std::move(eyes)),
-          in_between_(options.extrapolate, options.extrapolation_preset) {}
+          in_between_(options.extrapolate, options.extrapolation_preset) {
+        controls_.method = chosen_ = o_.method;
+        controls_.mouse = o_.mouse;
+        controls_.latch_early = o_.latch_early;
+        controls_.levels = o_.levels;
+        for (const auto& m : foveation::methods()) methods_.emplace_back(m.name);
+        duration_s_ = o_.duration_s >= 0 ? o_.duration_s : presenter_->surface().shown() ? 0 : kWithoutWindow_s;
+    }
 
     std::expected<Summary, Failure> run() {
-        begin_ = time_.now();
+        begin_ = scene_clock_ = time_.now();
         while (!finished()) {
             const auto begin = presenter_->begin_frame(frame_cost_.median(), kPatience);
             if (!begin) return failed(begin.error());
+            for (const present::Event& event : presenter_->events()) controls_.handle(event, methods_);
             if (auto r = look_back(); !r) return failed(r.error());
             if (!*begin) continue;
+            if (auto r = follow_window(); !r) return failed(r.error());
             Frame frame;
             if (!render(frame)) return failed({"the GPU did not finish a frame in 10 seconds", presenter_->context().info().renderer, "use a smaller --size"});
             const Instant photon = presenter_->photon_of(frame.gpu_done);
@@ -51,27 +66,71 @@ public:
 
 private:
     [[nodiscard]] bool finished() const noexcept {
-        if (stop_.load(std::memory_order_relaxed)) return true;
+        if (stop_.load(std::memory_order_relaxed) || controls_.quit) return true;
         if (o_.frames > 0) return record_.frames() >= static_cast<std::uint64_t>(o_.frames);
-        return o_.duration_s > 0 && to_seconds(time_.now() - begin_) >= o_.duration_s;
+        return duration_s_ > 0 && to_seconds(time_.now() - begin_) >= duration_s_;
+    }
+
+    // The eyes' pictures take the size that the window has for them, and the method that a key has chosen.
+    Result<void> follow_window() {
+        surface_ = presenter_->surface();
+        if (controls_.method != chosen_) {
+            if (auto r = eyes_.choose_method(controls_.method); !r) return r;   // ends what holds a budget
+            chosen_ = controls_.method;
+        }
+        if (!surface_.shown()) return {};
+        if (!screen_) {
+            auto screen = Screen::create();
+            if (!screen) return std::unexpected(screen.error());
+            screen_.emplace(*std::move(screen));
+        }
+        places_ = layout(surface_.width_px, surface_.height_px, static_cast<double>(o_.width_px) / o_.height_px);
+        if (auto r = eyes_.resize(places_[0].width_px, places_[0].height_px); !r) return r;
+        const Instant now = time_.now();
+        if (now - text_made_ < kTextEvery && !controls_changed()) return {};
+        const double s = to_seconds(now - text_made_);
+        ReadOut readout{.executor = std::string(eyes_.method().executor()), .scene = o_.scene, .quality = {},
+                        .frames_per_second = static_cast<double>(record_.frames() - frames_at_text_) / std::max(s, 1e-3),
+                        .width_px = eyes_.width(), .height_px = eyes_.height(), .summary = record_.summary(), .newest = newest_};
+        if (const quality::Control* control = eyes_.quality()) readout.quality = control->setting().label;
+        text_made_ = now;
+        frames_at_text_ = record_.frames();
+        shown_controls_ = {controls_.help, controls_.readout};
+        screen_->set_text(text_lines(controls_, readout, methods_), surface_.scale);
+        return {};
+    }
+    [[nodiscard]] bool controls_changed() const noexcept { return shown_controls_ != std::array{controls_.help, controls_.readout}; }
+
+    // The tracker's gaze; without a live one, or if a key says so, the pointer's where it is at this very moment.
+    Latched latch(Instant photon) {
+        Latched latched = gaze_.latch(photon);
+        if (surface_.shown() && (controls_.mouse || !latched.live()))
+            if (const auto pointer = presenter_->pointer())
+                return latch_pointer(*pointer, pointed_at(places_, surface_.height_px, pointer->x_px, pointer->y_px), eyes_.views(), time_.now(), photon);
+        return latched;
     }
 
     // Draws both eyes, from recording to GPU done.
     bool render(Frame& frame) {
         frame.number = ++presented_;
         frame.started = time_.now();
-        frame.scene_s = to_seconds(frame.started - begin_);
+        frame.uses_early = controls_.latch_early;
+        frame.early = latch(presenter_->photon_of(frame.started + frame_cost_.median()));
+        if (!controls_.paused) scene_time_ += frame.started - scene_clock_;
+        scene_clock_ = frame.started;
+        frame.scene_s = to_seconds(scene_time_);
         eyes_.record(frame.scene_s);
         if (eyes_.late_fovea()) {   // the periphery does not need the newest gaze
-            eyes_.submit_early(gaze_.latch(presenter_->photon_of(time_.now() + frame_cost_.median())));
+            eyes_.submit_early(frame.uses_early ? frame.early : latch(presenter_->photon_of(time_.now() + frame_cost_.median())));
             if (!gl::Fence::insert().wait(time_)) return false;
         }
         // Everything is recorded: now, and not earlier, ask where the eye will be.
-        frame.asked = presenter_->photon_of(time_.now() + latched_cost_.median());
-        frame.latched = gaze_.latch(frame.asked);
-        frame.cost = eyes_.submit(frame.latched);
+        frame.late = latch(presenter_->photon_of(time_.now() + latched_cost_.median()));
+        frame.asked = instant_from_ns(frame.latched().info.photon_ns);
+        frame.cost = eyes_.submit(frame.latched());
         for (std::size_t i = 0; i < kEyes; ++i)
             if (!frame.cost.fell_back) frame.regions[i] = eyes_.method().full_region(i);
+        if (surface_.shown()) compose(frame, {eyes_.target(0).color_texture(), eyes_.target(1).color_texture()});
         gl::Fence fence = gl::Fence::insert();
         frame.submitted = time_.now();
         const auto done = fence.wait(time_);
@@ -79,9 +138,22 @@ private:
         frame.gpu_done = *done;
         eyes_.observe(frame.gpu_done, frame.gpu_done - frame.started);
         frame_cost_.add(frame.gpu_done - frame.started);
-        latched_cost_.add(frame.gpu_done - frame.latched.when());
+        latched_cost_.add(frame.gpu_done - frame.late.when());
         record_.rendered(frame);
         return true;
+    }
+
+    void compose(const Frame& frame, const std::array<gl::Name, kEyes>& pictures) {
+        Overlay overlay;
+        if (controls_.levels)
+            for (std::size_t i = 0; i < kEyes; ++i) overlay.levels[i] = eyes_.method().plan(i);
+        Latched now;
+        if (controls_.gaze && frame.latched().live()) {
+            now = latch(time_.now());
+            overlay.predicted = &frame.latched();
+            overlay.actual = &now;
+        }
+        screen_->draw(surface_, places_, pictures, overlay);
     }
 
     // Where the planner calls for it: what would be seen half-way to the next frame, shown half-way to it by a display
@@ -112,6 +184,7 @@ private:
             made = made && *followed;
         }
         if (!made) return {};   // the first after a gap: nothing to go by yet
+        if (surface_.shown()) compose(x, {in_between_.target(0).color_texture(), in_between_.target(1).color_texture()});
         const auto done = gl::Fence::insert().wait(time_);
         if (!done) return fail("the GPU did not finish an extrapolated frame in 10 seconds", in_between_.backend(), "use --extrapolate off");
         x.number = ++presented_;
@@ -119,8 +192,20 @@ private:
         between_cost_.add(x.gpu_done - x.submitted);
         record_.extrapolated(x);
         extrapolated_ = x;
+        if (surface_.shown())   // a window takes one frame at a time
+            if (const auto turn = await_turn(); !turn || !*turn) return turn ? Result<void>{} : std::unexpected(turn.error());
         const Instant due = frame_photon + interval / 2 - presenter_->refresh_period();
         return show(x, presenter_->holds_back() ? std::max(x.gpu_done, due) : x.gpu_done);
+    }
+
+    // The window wants the next frame. False: it did not for some refreshes (hidden), or we are to stop.
+    Result<bool> await_turn() {
+        const Instant until = time_.now() + 4 * presenter_->refresh_period();
+        while (!stop_.load(std::memory_order_relaxed) && time_.now() < until) {
+            const auto turn = presenter_->begin_frame(Duration{0}, kPatience);
+            if (!turn || *turn) return turn;
+        }
+        return false;
     }
 
     Result<void> show(const Frame& frame, Instant no_sooner) {
@@ -150,15 +235,15 @@ private:
         if (o_.out.empty() || snapshot_.frame != 0) return false;
         if (o_.snapshot_frame > 0) return record_.frames() == static_cast<std::uint64_t>(o_.snapshot_frame);
         const double progress = o_.frames > 0 ? static_cast<double>(record_.frames()) / static_cast<double>(o_.frames)
-                                              : o_.duration_s > 0 ? to_seconds(time_.now() - begin_) / o_.duration_s : 0;
-        return progress > 0.5 && newest_.latched.live() && newest_.latched.focals[0].event == FOVEA_EVENT_FIXATION;
+                                              : duration_s_ > 0 ? to_seconds(time_.now() - begin_) / duration_s_ : 0;
+        return progress > 0.5 && newest_.latched().live() && newest_.latched().focals[0].event == FOVEA_EVENT_FIXATION;
     }
 
     // Reads the frame back; encoding waits for the end, so that it disturbs no other frame.
     void take_snapshot() {
-        snapshot_ = snapshot_of(newest_.number, eyes_.method_name(), newest_.latched.live(), newest_.shaded());
+        snapshot_ = snapshot_of(newest_.number, eyes_.method_name(), newest_.latched().live(), newest_.shaded());
         for (std::size_t i = 0; i < kEyes; ++i) {
-            const fovea_focal& f = newest_.latched.focals[i];
+            const fovea_focal& f = newest_.latched().focals[i];
             SnapshotView v = read_view(eyes_.target(i), eyes_.method().plan(i));
             v.focal_x_ndc = f.x_ndc;
             v.focal_y_ndc = f.y_ndc;
@@ -174,8 +259,8 @@ private:
     Result<void> compare_with_truth(Summary& s) {
         const SnapshotView made = read_view(in_between_.target(0), nullptr), held = read_view(eyes_.target(0), nullptr);
         eyes_.record(extrapolated_.scene_s);
-        if (eyes_.late_fovea()) eyes_.submit_early(extrapolated_.latched);
-        static_cast<void>(eyes_.submit(extrapolated_.latched));
+        if (eyes_.late_fovea()) eyes_.submit_early(extrapolated_.latched());
+        static_cast<void>(eyes_.submit(extrapolated_.latched()));
         const SnapshotView truth = read_view(eyes_.target(0), nullptr);
         s.extrapolated_psnr_db = psnr_db(made, truth);
         s.held_psnr_db = psnr_db(held, truth);
@@ -198,7 +283,7 @@ private:
         const double s = to_seconds(now - begin_);
         std::fprintf(stderr, "\rfovea-view: %5.1f s, %llu frames (%.1f/s), %.1f %% of the pixels shaded, gaze %s   %s", s,
                      static_cast<unsigned long long>(record_.frames()), static_cast<double>(record_.frames()) / std::max(s, 1e-3),
-                     100 * newest_.shaded(), newest_.latched.live() ? "live  " : "absent", last ? "\n" : "");
+                     100 * newest_.shaded(), newest_.latched().live() ? "live  " : "absent", last ? "\n" : "");
         std::fflush(stderr);
     }
 
@@ -214,6 +299,9 @@ private:
             s.quality = control->setting().label;
             s.quality_changes = control->changes();
         }
+        s.method = eyes_.method_name();
+        s.width_px = eyes_.width();
+        s.height_px = eyes_.height();
         const fovea_status status = gaze_.status();
         s.connects = status.connects;
         s.frames_dropped = status.frames_dropped;
@@ -241,6 +329,19 @@ private:
     Frame newest_;
     Frame rendered_, extrapolated_;   // the last of each kind; numbered 0 where extrapolation is off
     Instant begin_, last_progress_;
+    double duration_s_ = 0;
+    Duration scene_time_{0};      // stands still while paused
+    Instant scene_clock_;
+    // Of a window.
+    present::Surface surface_;
+    std::array<Place, kEyes> places_{};
+    std::optional<Screen> screen_;
+    std::vector<std::string> methods_;
+    Controls controls_;
+    std::string chosen_;          // the method that the eyes have got
+    std::array<bool, 2> shown_controls_{};
+    Instant text_made_;
+    std::uint64_t frames_at_text_ = 0;
     Snapshot snapshot_;
 };
 
@@ -251,10 +352,15 @@ std::expected<Summary, Failure> run(const Options& options, const std::atomic<bo
     if (auto clock = present::SimulatedScanout::create(options.scanout, {}); !clock) return failed(clock.error(), kUsage);
     if (auto known = present::check_presenter(options.present); !known) return failed(known.error(), kUsage);
     static const SystemTime time;
-    auto gaze = Gaze::connect(options, Eyes::views());
+    const present::PresenterSettings settings{.scanout = options.scanout, .width_px = 2 * options.width_px, .height_px = options.height_px};
+    const bool windowed = present::presenter_for(options.present).name != std::string_view("surfaceless");
+    Options connecting = options;
+    connecting.wait |= windowed;   // the mouse is there
+    auto gaze = Gaze::connect(connecting, Eyes::views());
     if (!gaze) return std::unexpected(gaze.error());
-    auto presenter = present::create_presenter(options.present, {.scanout = options.scanout, .width_px = 2 * options.width_px, .height_px = options.height_px}, time);
+    auto presenter = present::create_presenter(options.present, settings, time);
     if (!presenter) return failed(presenter.error());
+    if (options.progress || windowed) std::fprintf(stderr, "fovea-view: display: %s, %s\n", std::string((*presenter)->name()).c_str(), (*presenter)->description().c_str());
     auto eyes = Eyes::create(options, time);
     if (!eyes) return std::unexpected(eyes.error());
     return Viewer(options, stop, time, *std::move(presenter), *std::move(gaze), *std::move(eyes)).run();

@@ -21,10 +21,18 @@ struct Summary {
     std::uint64_t frames = 0, live_frames = 0;
     double seconds = 0;
     double frame_ms = 0;               // median of record to GPU done
-    double latch_to_submit_ms = 0, latch_to_done_ms = 0;   // medians
-    double latch_to_photon_ms = 0;     // median
+    // Medians, from the latch on. Every frame latches twice, after recording (late) and before it (early, the second-best
+    // case); `early_used` says which of them it was drawn with.
+    struct LatchTo {
+        double submit_ms = 0, gpu_done_ms = 0, photon_ms = 0;
+    } late, early;
+    bool early_used = false;
+    double apart_deg = 0, apart_p95_deg = 0;   // between the two gazes, of frames with live gaze
+    [[nodiscard]] const LatchTo& used() const noexcept { return early_used ? early : late; }
+    std::uint64_t mouse_frames = 0;    // of the live ones: the pointer was the gaze
     double photon_error_ms = 0;        // median of |photon - what the latch asked for|
-    std::uint64_t photons_measured = 0, photons_estimated = 0;   // of the frames whose photon became known; the rest: simulated
+    double motion_to_photon_ms = 0;    // median of photon - exposure of the gaze sample (or movement of the mouse)
+    std::uint64_t photons_measured = 0, photons_estimated = 0, photons_simulated = 0;   // of the frames whose photon became known
     std::uint64_t never_shown = 0;     // a newer frame took their place
     double shaded = 1;                 // pixels shaded against full, mean
     std::uint64_t extrapolated = 0;    // shown after rendered ones; not among `frames`
@@ -34,7 +42,8 @@ struct Summary {
     double extrapolated_psnr_db = 0, held_psnr_db = 0;   // the pictured one, and the frame before it, against the frame really rendered
     std::uint64_t connects = 0, frames_dropped = 0;
     std::uint64_t snapshot_frame = 0;  // 0: no picture
-    std::string renderer;
+    std::string renderer, method;      // at the end
+    int width_px = 0, height_px = 0;   // of each eye, at the end
     std::string presenter, display;    // the presenter's name and description
     std::string quality;               // the setting at the end; empty: no --quality
     std::uint64_t quality_changes = 0;

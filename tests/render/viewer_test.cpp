@@ -93,7 +93,7 @@ protected:
 
     pid_t start(const std::string& arguments, const std::string& environment = "") {
         std::string command = environment;
-        command.append(" exec '").append(FOVEA_BIN_DIR).append("/fovea-view' --socket ").append(quoted(dir_ / "none.sock"));
+        command.append(" exec env -u DISPLAY -u WAYLAND_DISPLAY '").append(FOVEA_BIN_DIR).append("/fovea-view' --socket ").append(quoted(dir_ / "none.sock"));
         command.append(" ").append(arguments).append(" >").append(quoted(dir_ / "out")).append(" 2>").append(quoted(dir_ / "err"));
         fs::remove(dir_ / "err");
         const pid_t pid = fork();
