@@ -30,7 +30,8 @@ public:
         gl::Name framebuffer = 0;
         int x0 = 0, y0 = 0, x1 = 0, y1 = 0;   // texels that were rendered
     };
-    // levels[i] of plan level i; [0] is not read. Waits for the GPU. noexcept, no allocation.
+    // levels[i] of plan level i; [0] is not read. Waits for the GPU: for the levels, and for what it draws into the target,
+    // which must not come after the upload. noexcept, no allocation.
     void run(const density::Plan& plan, const ViewTarget& target, const gl::FramebufferShape& shape, std::span<const Level> levels,
              gl::Filter filter) noexcept;
 

@@ -68,6 +68,22 @@ TEST_F(Objects, AFenceIsPassedAndTellsWhen) {
     EXPECT_FALSE(gl::Fence().wait(time).has_value());
 }
 
+// A driver may look only at what it draws to at present.
+TEST_F(Objects, ReadingWaitsForAFramebufferThatIsNoLongerDrawnTo) {
+    const QuadDraw slow("vec2 p = ndc; for (int i = 0; i < 400; ++i) p = fract(p * 1.31 + sin(p.yx * 3.0)); color = vec4(1.0, p * 1e-6, 1.0);"), quick("color = vec4(0.0);");
+    const Views a(128, 128), b(8, 8);
+    const auto full = *foveation::create_method("full", {});
+    for (int i = 0; i < 3; ++i) {
+        full->submit(quick.list(), a.targets, a.focus);
+        gl::finish();
+        full->submit(slow.list(), a.targets, a.focus);
+        full->submit(quick.list(), b.targets, b.focus);
+        full->submit(quick.list(), b.targets, b.focus);
+        const Pixels got = read(a.targets[0]);
+        for (std::size_t k = 0; k < got.size(); k += 4) ASSERT_EQ(got[k], 255) << "not yet drawn: pixel " << k / 4;
+    }
+}
+
 TEST(Png, WritesWhatLibpngReadsBack) {
     const auto path = std::filesystem::path(testing::TempDir()) / "fovea_png_test.png";
     const std::vector<std::uint8_t> rgb{255, 0, 0, 0, 255, 0, 0, 0, 255, 9, 8, 7, 6, 5, 4, 3, 2, 1};

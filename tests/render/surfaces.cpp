@@ -95,6 +95,7 @@ Pixels read_resolved(const Surface& s) {
     if (s.options.samples == 0) {
         std::vector<float> real(static_cast<std::size_t>(edge * edge) * 4);
         glBindFramebuffer(GL_READ_FRAMEBUFFER, s.target.framebuffer);
+        glFinish();   // as gl::read_pixels
         glReadPixels(0, 0, edge, edge, GL_RGBA, GL_FLOAT, real.data());
         Pixels p(real.size());
         std::ranges::transform(real, p.begin(), [](float v) { return static_cast<std::uint8_t>(std::lround(std::clamp(v, 0.0f, 1.0f) * 255)); });
