@@ -182,8 +182,8 @@ void copy_color(const RenderTarget& from, const RenderTarget& to) noexcept {
 
 void read_pixels(Name framebuffer, int x, int y, int width, int height, std::span<std::uint8_t> rgba) noexcept {
     FOVEA_REQUIRE(rgba.size() >= static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 4);
-    // llvmpipe (Mesa 22.3) looks only at the framebuffer it draws to at present before it lets the processor read: an image that
-    // was drawn before that, and is still in its queue, would be read as it was.
+    // llvmpipe (Mesa 22.3) stops looking once it finds that queued work samples the image, and then lets the processor read it
+    // although later queued work draws to it: one would get the picture before that.
     glFinish();
     glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
     glPixelStorei(GL_PACK_ALIGNMENT, 1);

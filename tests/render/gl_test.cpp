@@ -1,3 +1,4 @@
+#include <epoxy/gl.h>
 #include <gtest/gtest.h>
 #include <png.h>
 
@@ -68,17 +69,22 @@ TEST_F(Objects, AFenceIsPassedAndTellsWhen) {
     EXPECT_FALSE(gl::Fence().wait(time).has_value());
 }
 
-// A driver may look only at what it draws to at present.
-TEST_F(Objects, ReadingWaitsForAFramebufferThatIsNoLongerDrawnTo) {
-    const QuadDraw slow("vec2 p = ndc; for (int i = 0; i < 400; ++i) p = fract(p * 1.31 + sin(p.yx * 3.0)); color = vec4(1.0, p * 1e-6, 1.0);"), quick("color = vec4(0.0);");
-    const Views a(128, 128), b(8, 8);
+// A driver may find that an image is still being sampled, and not look on to see that it is being drawn to as well.
+TEST_F(Objects, ReadingWaitsForAnImageThatIsSampledAndThenDrawnTo) {
+    const std::string busy = "vec2 p = ndc; for (int i = 0; i < 200; ++i) p = fract(p * 1.31 + sin(p.yx * 3.0)); ";
+    const QuadDraw sampling(busy + "color = texture(image, ndc * 0.5 + 0.5) + vec4(p * 1e-6, 0.0, 0.0);", {.more_outputs = "layout(binding = 0) uniform highp sampler2D image;\n"});
+    const QuadDraw drawing(busy + "color = vec4(1.0, p * 1e-6, 1.0);"), other("color = vec4(0.0);");
+    const Views a(128, 128), b(128, 128), c(8, 8);
     const auto full = *foveation::create_method("full", {});
-    for (int i = 0; i < 3; ++i) {
-        full->submit(quick.list(), a.targets, a.focus);
-        gl::finish();
-        full->submit(slow.list(), a.targets, a.focus);
-        full->submit(quick.list(), b.targets, b.focus);
-        full->submit(quick.list(), b.targets, b.focus);
+    for (int i = 0; i < 5; ++i) {
+        full->submit(other.list(), a.targets, a.focus);
+        glActiveTexture(GL_TEXTURE0);
+        glBindTexture(GL_TEXTURE_2D, a.owned[0].color_texture());
+        full->submit(sampling.list(), b.targets, b.focus);
+        glBindTexture(GL_TEXTURE_2D, 0);
+        gl::flush();
+        full->submit(drawing.list(), a.targets, a.focus);
+        full->submit(other.list(), c.targets, c.focus);
         const Pixels got = read(a.targets[0]);
         for (std::size_t k = 0; k < got.size(); k += 4) ASSERT_EQ(got[k], 255) << "not yet drawn: pixel " << k / 4;
     }
