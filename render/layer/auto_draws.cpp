@@ -2,10 +2,16 @@
 #include <algorithm>
 
 #include "render/layer/context.hpp"
+#include "render/layer/multiview_source.hpp"
 
 namespace fovea::layer {
 
 void Context::add_source_facts(ProgramFacts& facts, GLuint program) {
+    if (share_->sources.any_multiview_shader()) {
+        if (const GLint location = gl.GetUniformLocation(program, kViewUniform); location >= 0) facts.view_uniforms.emplace_back(program, location);
+        facts.num_views = share_->sources.get(program).num_views;
+    }
+    if (!auto_) return;
     const ProgramSources::Entry entry = share_->sources.get(program);
     facts.frag_coord = entry.facts.frag_coord;
     facts.texel_fetch = entry.facts.texel_fetch;

@@ -23,6 +23,7 @@ void Context::made_current(EGLDisplay display, EGLSurface surface) {
                 const auto* name = reinterpret_cast<const char*>(gl.GetStringi(GL_EXTENSIONS, static_cast<GLuint>(i)));
                 if (!name) continue;
                 const std::string_view extension = name;
+                native_.multiview |= extension == "GL_OVR_multiview2";
                 native_.framebuffer_foveated |= extension == "GL_QCOM_framebuffer_foveated";
                 native_.texture_foveated |= extension == "GL_QCOM_texture_foveated";
                 native_.frame_extrapolation |= extension == "GL_QCOM_frame_extrapolation";
@@ -67,7 +68,7 @@ void Context::before_finish(Call call) {
     submit(call);
     // The default framebuffer can be read by no draw: its resolve waits until it is shown or read.
     const bool waits = draw_framebuffer_ == 0 && call == Call::BindFramebuffer;
-    if (Framebuffer* f = find_framebuffer(draw_framebuffer_); f && !waits) resolve(f->pass);
+    if (Framebuffer* f = find_framebuffer(draw_framebuffer_); f && !waits) f->each_pass([this](Pass& p) { resolve(p); });
     if (auto_ && draw_framebuffer_ != 0 && call != Call::BindFramebuffer)
         if (Framebuffer* f = find_framebuffer(0)) resolve(f->pass);
     if (!deletions_.empty()) {
@@ -110,7 +111,7 @@ void Context::image_written(GLuint name) {
 }
 
 void Context::invalidate_pass() {
-    if (Framebuffer* f = find_framebuffer(draw_framebuffer_)) f->pass.mode = Pass::Mode::none;
+    if (Framebuffer* f = find_framebuffer(draw_framebuffer_)) f->each_pass([](Pass& p) { p.mode = Pass::Mode::none; });
 }
 
 const DrawTarget& Context::drawing_target() {
@@ -124,17 +125,19 @@ const DrawTarget& Context::drawing_target() {
     target_attachments_epoch_ = attachments_epoch_;
     const Framebuffer* f = find_framebuffer(draw_framebuffer_);
     const bool configured = f && f->config;
-    if (foveation_status(GL_DRAW_FRAMEBUFFER) == GL_FRAMEBUFFER_INCOMPLETE_FOVEATION_QCOM) {
+    target_.views = views_of(draw_framebuffer_);
+    if (foveation_status(GL_DRAW_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE || view_status(GL_DRAW_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
         target_.kind = DrawTarget::Kind::incomplete;
     } else if (configured) {
         if (f->config->enabled()) target_.kind = DrawTarget::Kind::framebuffer;
     } else if (epoch != 0 && draw_framebuffer_ != 0) {
         for (const Attachment& a : read_attachments(GL_DRAW_FRAMEBUFFER))
             if (a.type == GL_TEXTURE && share_->textures.is_foveated(a.name)) {
-                target_ = {DrawTarget::Kind::texture, a.name, static_cast<GLuint>(a.layer)};
+                target_ = {DrawTarget::Kind::texture, a.name, static_cast<GLuint>(a.layer), target_.views};
                 break;
             }
     }
+    if (target_.kind == DrawTarget::Kind::plain && target_.views > 1) target_.kind = DrawTarget::Kind::views;
     if (auto_ && target_.kind == DrawTarget::Kind::plain && (draw_framebuffer_ == 0 || is_main_offscreen()))
         target_.kind = DrawTarget::Kind::automatic;
     return target_;
@@ -163,7 +166,8 @@ GLenum Context::write_error() {
 }
 
 GLenum Context::read_error() {
-    return active_ && is_engaged() && foveation_status(GL_READ_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE
+    return active_ && is_engaged() && (foveation_status(GL_READ_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE ||
+                                       views_of(read_framebuffer_) > 1 || view_status(GL_READ_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE)
                ? GL_INVALID_FRAMEBUFFER_OPERATION
                : GL_NO_ERROR;
 }
@@ -173,6 +177,7 @@ bool Context::allowed(Op op) {
     if (error == GL_NO_ERROR && op == Op::draw && target_.kind == DrawTarget::Kind::framebuffer &&
         program_facts().geometry_or_tessellation)
         error = GL_INVALID_OPERATION;
+    if (error == GL_NO_ERROR && op == Op::draw) error = view_error();
     if (error != GL_NO_ERROR) raise(error);
     return error == GL_NO_ERROR;
 }
@@ -277,7 +282,7 @@ const ProgramFacts& Context::program_facts() {
         if (known != facts_.end()) return known->second;
         keep_driver_error();
         ProgramFacts& facts = facts_[program] = ask_program(program, version_);
-        if (auto_) add_source_facts(facts, program);
+        add_source_facts(facts, program);
         return facts;
     }
     const auto pipeline = static_cast<GLuint>(get_integer(GL_PROGRAM_PIPELINE_BINDING));
@@ -291,7 +296,12 @@ const ProgramFacts& Context::program_facts() {
         const ProgramFacts facts = ask_program(static_cast<GLuint>(stage_program), version_);
         all.side_effects |= facts.side_effects;
         all.geometry_or_tessellation |= facts.geometry_or_tessellation;
-        if (auto_ && stage == GL_FRAGMENT_SHADER && stage_program != 0) add_source_facts(all, static_cast<GLuint>(stage_program));
+        if (stage_program == 0) continue;
+        ProgramFacts own;
+        add_source_facts(own, static_cast<GLuint>(stage_program));
+        all.num_views = std::max(all.num_views, own.num_views);
+        all.view_uniforms.insert(all.view_uniforms.end(), own.view_uniforms.begin(), own.view_uniforms.end());
+        if (stage == GL_FRAGMENT_SHADER) all.frag_coord = own.frag_coord, all.texel_fetch = own.texel_fetch, all.no_source = own.no_source, all.report = own.report;
     }
     return all;
 }
@@ -323,7 +333,9 @@ void Context::removed_framebuffer(GLuint name) {
     if (name == 0) return;
     if (const auto it = framebuffers_.find(name); it != framebuffers_.end()) {
         for (Kept& kept : kept_)
-            if (kept.owner == &it->second.pass) kept.owner = nullptr;
+            it->second.each_pass([&kept](const Pass& p) {
+                if (kept.owner == &p) kept.owner = nullptr;
+            });
         framebuffers_.erase(it);
     }
     if (draw_framebuffer_ == name) draw_framebuffer_ = 0, target_known_ = false;

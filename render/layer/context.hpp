@@ -14,6 +14,8 @@
 #pragma once
 
 #include <array>
+#include <deque>
+#include <map>
 #include <memory>
 #include <optional>
 #include <unordered_map>
@@ -36,12 +38,15 @@ namespace fovea::layer {
 
 // What the driver supports itself is left to it.
 struct NativeExtensions {
+    bool multiview = false;
     bool framebuffer_foveated = false, texture_foveated = false, frame_extrapolation = false;
 };
 
 struct ProgramFacts {
     bool geometry_or_tessellation = false;
     bool side_effects = false;  // writes buffers, images or counters
+    int num_views = 0;
+    std::vector<std::pair<GLuint, GLint>> view_uniforms;  // program, location
     // Auto mode only.
     bool frag_coord = false, texel_fetch = false, no_source = false;
     std::vector<GLint> samplers_2d;  // locations
@@ -73,16 +78,35 @@ struct Pass {
     std::uint64_t frame = 0;  // Context::frame_ of the last submission
 };
 
+// An attachment point with several views: layers base to base + views - 1 of an array.
+struct ViewAttachment {
+    GLuint texture = 0;
+    GLint level = 0, base = 0, views = 0;
+};
+
 struct Framebuffer {
     std::optional<FramebufferFoveation> config;
-    Pass pass;
+    Pass pass;                               // of the first view
+    std::deque<Pass> more;                   // of the others, when they are foveated
+    std::map<GLenum, ViewAttachment> views;  // by attachment point; empty: not multiview
+    [[nodiscard]] Pass& pass_of(GLuint view) {
+        if (view == 0) return pass;
+        if (more.size() < view) more.resize(view);
+        return more[view - 1];
+    }
+    template <class Function>
+    void each_pass(Function function) {
+        function(pass);
+        for (Pass& p : more) function(p);
+    }
 };
 
 // What drawing to the framebuffer bound for drawing means.
 struct DrawTarget {
-    enum class Kind { plain, framebuffer, texture, incomplete, automatic };
+    enum class Kind { plain, framebuffer, texture, incomplete, automatic, views };
     Kind kind = Kind::plain;
-    GLuint texture = 0, layer = 0;  // Kind::texture
+    GLuint texture = 0, layer = 0;  // Kind::texture; layer of the first view
+    GLuint views = 1;
 };
 
 class Context {
@@ -177,6 +201,14 @@ public:
     // Made by the first extrapolation.
     [[nodiscard]] std::unique_ptr<render::extrapolation::GlExtrapolator>& extrapolator() noexcept { return extrapolator_; }
 
+    // Multiview (multiview.cpp).
+    [[nodiscard]] GLuint views_of(GLuint framebuffer) const;
+    [[nodiscard]] GLenum view_status(GLenum framebuffer_target);  // COMPLETE, or what the extension says
+    [[nodiscard]] GLenum view_error();  // of a draw with the program in use to the framebuffer bound for drawing
+    void forget_views(GLenum target, GLenum attachment);
+    void set_view(GLint view);
+    void note_link(GLuint program);
+
     // Auto mode.
     [[nodiscard]] bool automatic() const noexcept { return auto_; }
     [[nodiscard]] bool frame_is_foveated() const noexcept { return frame_levels_; }  // the one that frame_ended() ended
@@ -207,6 +239,8 @@ private:
     [[nodiscard]] bool choose_levels(Pass& pass, Call call);
     [[nodiscard]] bool start_levels(Pass& pass, const Latched& latched);
     [[nodiscard]] bool continues(const Pass& pass) const;
+    void submit_view(GLuint view, Call call);
+    void attach_view(GLint view);
     void run_native();
     void run_levels(Pass& pass);
     void resolve(Pass& pass);
@@ -270,6 +304,7 @@ private:
     EGLDisplay display_ = EGL_NO_DISPLAY;
     EGLSurface surface_ = EGL_NO_SURFACE;
     FocusSource focus_;
+    GLuint view_ = 0;  // that is being submitted
     FullRate native_reason_ = FullRate::none;  // of the last choose_levels()
     std::uint64_t frame_planned_ = 0, frame_full_ = 0;  // pixels
     std::unordered_set<GLuint> drawn_textures_;         // that were attached to a framebuffer drawn to

@@ -87,7 +87,8 @@ void set_pointer(const ClientAttrib& a, const void* to) {
         gl.VertexAttribPointer(a.index, a.size, a.type, static_cast<GLboolean>(a.normalized), a.stride, to);
 }
 
-void replay_draw(const DrawCall& d) {
+void replay_draw(const DrawCall& d, const Replay& replay) {
+    if (replay.view().view >= 0) t_context->set_view(replay.view().view);
     if (d.attrib_count == 0) return execute(d);
     const GLint bound = get_integer(GL_ARRAY_BUFFER_BINDING);
     gl.BindBuffer(GL_ARRAY_BUFFER, 0);
@@ -189,7 +190,7 @@ void copy_client_memory(Context& c, DrawCall& d) {
 void record(Context& c, DrawCall d) {
     if (d.kind != DrawCall::arrays_indirect && d.kind != DrawCall::elements_indirect && (d.count == 0 || d.instances == 0)) return;
     copy_client_memory(c, d);
-    c.log().add([d](Replay&) { replay_draw(d); });
+    c.log().add([d](Replay& replay) { replay_draw(d, replay); });
     c.end();
 }
 
@@ -199,9 +200,16 @@ bool may_draw(Context& c, DrawCall d) {
     return c.begin(Context::Op::draw, [&d] { execute(d); }, d.mode, vertices);
 }
 
+// A program of several views draws to a framebuffer of as many only.
+void draw_plain(const DrawCall& d) {
+    Context* c = t_context;
+    if (c && c->active() && c->view_error() != GL_NO_ERROR) return c->raise(GL_INVALID_OPERATION);
+    execute(d);
+}
+
 void draw(DrawCall d) {
     Context* c = d.count < 0 || d.instances < -1 || (d.ranged && d.end < d.start) ? nullptr : drawing();
-    if (!c) return execute(d);
+    if (!c) return draw_plain(d);
     if (may_draw(*c, d)) record(*c, d);
 }
 
@@ -276,14 +284,14 @@ void GL_APIENTRY layer_glDrawElementsInstancedBaseVertexBaseInstanceEXT(GLenum m
 // into nothing, with the rasterizer off.
 static void draw_indirect(DrawCall d) {
     Context* c = drawing();
-    if (!c) return execute(d);
+    if (!c) return draw_plain(d);
     const auto probe = [&d] {
         const bool off = gl.IsEnabled(GL_RASTERIZER_DISCARD) == GL_TRUE;
         gl.Enable(GL_RASTERIZER_DISCARD);
         execute(d);
         if (!off) gl.Disable(GL_RASTERIZER_DISCARD);
     };
-    if (c->captures() || c->program_facts().side_effects) {
+    if ((c->captures() || c->program_facts().side_effects) && c->drawing_target().views == 1) {
         // The question would have the side effects of the draw.
         if (const GLenum error = c->write_error(); error != GL_NO_ERROR) return c->raise(error);
         c->leave_levels(d.kind == DrawCall::arrays_indirect ? Call::DrawArraysIndirect : Call::DrawElementsIndirect);

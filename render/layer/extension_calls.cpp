@@ -8,12 +8,13 @@
 #include <string>
 
 #include "render/layer/context.hpp"
+#include "render/layer/multiview_source.hpp"
 
 namespace fovea::layer {
 namespace {
 
 struct Added {
-    std::array<const char*, 3> names{};
+    std::array<const char*, 5> names{};
     GLuint count = 0;
 };
 
@@ -23,6 +24,7 @@ Added added_extensions(const Context& c) {
     if (!c.native().framebuffer_foveated) added.names[added.count++] = "GL_QCOM_framebuffer_foveated";
     if (!c.native().texture_foveated) added.names[added.count++] = "GL_QCOM_texture_foveated";
     if (!c.native().frame_extrapolation) added.names[added.count++] = "GL_QCOM_frame_extrapolation";
+    if (!c.native().multiview) added.names[added.count++] = "GL_OVR_multiview", added.names[added.count++] = "GL_OVR_multiview2";
     return added;
 }
 
@@ -131,8 +133,12 @@ const GLubyte* GL_APIENTRY layer_glGetStringi(GLenum name, GLuint index) {
 
 template <class Value, class DriverCall>
 static void get(GLenum name, Value* values, DriverCall driver) {
-    driver(name, values);
     Context* c = current();
+    if (c && name == GL_MAX_VIEWS_OVR && !c->native().multiview && values) {
+        *values = static_cast<Value>(std::is_same_v<Value, GLboolean> ? GL_TRUE : kMaxViews);
+        return;
+    }
+    driver(name, values);
     if (!c || name != GL_NUM_EXTENSIONS || !values) return;
     if constexpr (!std::is_same_v<Value, GLboolean>) *values += static_cast<Value>(added_extensions(*c).count);
 }

@@ -118,6 +118,8 @@ def wrapper(command, policy, group):
         lines.append(f"    {back}{call};")
         if policy in ("attach", "remove"):
             lines.insert(-1, "    const AttachmentWatch watch;")
+        if policy == "attach" and len(command.params) > 1 and command.params[1][1] == "attachment":
+            lines.append(f"    if (Context* c = engaged()) c->forget_views({command.params[0][1]}, attachment);")
     elif policy == "state":
         lines.append("    Context* c = recording();")
         lines.append(f"    if (!c) return {call};")

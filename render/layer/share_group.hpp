@@ -3,7 +3,10 @@
 // Threads: every member locks itself. Errors: none.
 #pragma once
 
+#include <atomic>
 #include <mutex>
+#include <optional>
+#include <string>
 #include <unordered_map>
 #include <utility>
 
@@ -17,9 +20,11 @@ public:
     struct Entry {
         SourceFacts facts;
         ProgramReport* report = nullptr;
+        int num_views = 0;  // declared by its vertex shader; 0: not, which counts as 1
     };
-    void linked(GLuint program, SourceFacts facts) {
-        Entry entry{std::move(facts), nullptr};
+    void linked(GLuint program, SourceFacts facts, int num_views = 0) {
+        Entry entry{std::move(facts), nullptr, num_views};
+        if (num_views > 0) any_multiview_.store(true, std::memory_order_relaxed);  // the lock below orders it for who looks a program up
         entry.report = new_program_report(entry.facts.shader.empty() ? "program " + std::to_string(program) : entry.facts.shader);
         const std::lock_guard lock(mutex_);
         programs_[program] = std::move(entry);
@@ -35,8 +40,24 @@ public:
         return programs_[program];
     }
 
+    // Shaders whose source was rewritten for the driver (multiview_source.hpp).
+    struct Shader {
+        std::string original;
+        int num_views = 0;
+    };
+    void set_shader(GLuint shader, std::string original, int num_views);
+    void forget_shader(GLuint shader);
+    [[nodiscard]] std::optional<Shader> shader(GLuint name) const;
+    [[nodiscard]] bool any_multiview_shader() const {
+        const std::lock_guard lock(mutex_);
+        return !shaders_.empty();
+    }
+    [[nodiscard]] bool any_multiview() const noexcept { return any_multiview_.load(std::memory_order_relaxed); }
+
 private:
-    std::mutex mutex_;
+    mutable std::mutex mutex_;
+    std::unordered_map<GLuint, Shader> shaders_;
+    std::atomic<bool> any_multiview_{false};
     std::unordered_map<GLuint, Entry> programs_;
 };
 

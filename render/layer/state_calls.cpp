@@ -107,6 +107,8 @@ GLenum GL_APIENTRY layer_glCheckFramebufferStatus(GLenum target) {
     const GLenum status = gl.CheckFramebufferStatus(target);
     Context* c = engaged();
     if (!c || !c->active() || status != GL_FRAMEBUFFER_COMPLETE) return status;
+    if (const GLenum views = c->view_status(target == GL_READ_FRAMEBUFFER ? GL_READ_FRAMEBUFFER : GL_DRAW_FRAMEBUFFER); views != GL_FRAMEBUFFER_COMPLETE)
+        return views;
     return c->foveation_status(target == GL_READ_FRAMEBUFFER ? GL_READ_FRAMEBUFFER : GL_DRAW_FRAMEBUFFER);
 }
 
@@ -212,7 +214,7 @@ void GL_APIENTRY layer_glLinkProgram(GLuint program) {
         c->forget_program(program);
     }
     gl.LinkProgram(program);
-    if (Context* c = t_context; c && c->automatic()) c->sources().linked(program, read_source_facts(program));
+    if (Context* c = t_context; c && c->active()) c->note_link(program);
 }
 void GL_APIENTRY layer_glProgramBinary(GLuint program, GLenum format, const void* binary, GLsizei length) {
     if (Context* c = engaged()) {

@@ -33,9 +33,9 @@ private:
 
 Latched Context::latch() {
     if (target_.kind == DrawTarget::Kind::automatic) return focus_.latch(shape_.width, shape_.height);
-    if (target_.kind == DrawTarget::Kind::texture) return share_->textures.latch(target_.texture, target_.layer);
+    if (target_.kind == DrawTarget::Kind::texture) return share_->textures.latch(target_.texture, target_.layer + view_);
     const auto it = framebuffers_.find(draw_framebuffer_);
-    return it != framebuffers_.end() && it->second.config ? it->second.config->latch(0) : Latched{};
+    return it != framebuffers_.end() && it->second.config ? it->second.config->latch(view_) : Latched{};
 }
 
 void Context::submit(Call call) {
@@ -43,7 +43,23 @@ void Context::submit(Call call) {
     recording_ = false;
     keep_driver_error();
     count(stats.submitted_by[static_cast<unsigned>(call)]);
-    Pass& pass = framebuffers_[draw_framebuffer_].pass;
+    const Batch batch = batch_;
+    for (GLuint view = 0; view < target_.views; ++view) {
+        batch_ = batch;
+        if (target_.views > 1) attach_view(static_cast<GLint>(view));
+        submit_view(view, call);
+    }
+    if (target_.views > 1) attach_view(0);
+    view_ = 0;
+    drop_errors();  // the program has had those of its own calls already
+    log_.clear();
+    undo_.clear();
+    drop_kept_buffers();
+}
+
+void Context::submit_view(GLuint view, Call call) {
+    view_ = view;
+    Pass& pass = framebuffers_[draw_framebuffer_].pass_of(view);
     if (pass.frame != frame_) {
         // A pbuffer keeps its depth beyond the frame.
         if (pass.mode == Pass::Mode::levels) pass.depth_in_levels = draw_framebuffer_ == 0;
@@ -81,10 +97,6 @@ void Context::submit(Call call) {
     frame_full_ += full;
     count(stats.pixels_full, full);
     pass.submitted_by = call;
-    drop_errors();  // the program has had those of its own calls already
-    log_.clear();
-    undo_.clear();
-    drop_kept_buffers();
 }
 
 bool Context::continues(const Pass& pass) const {
@@ -106,7 +118,7 @@ bool Context::choose_levels(Pass& pass, Call call) {
         pass.mode = Pass::Mode::none;
         pass.depth_in_levels = false;
     }
-    if (batch_.must_be_native) return keep_native(batch_.reason);
+    if (batch_.must_be_native || target_.kind == DrawTarget::Kind::views) return keep_native(batch_.reason);
     if (automatic && continues(pass)) return true;
     if (automatic && !batch_.color_cleared) return keep_native(FullRate::no_clear);
     if (automatic && batch_.drew && !pay_.levels_now()) return keep_native(FullRate::does_not_pay);
@@ -230,7 +242,9 @@ void Context::run_native() {
     undo_.restore();
     feedback.resume();
     Replay replay;
-    replay.begin({});
+    LevelView as_it_is;
+    if (target_.views > 1) as_it_is.view = static_cast<int>(view_);
+    replay.begin(as_it_is);
     log_.run(replay);
 }
 
@@ -288,7 +302,7 @@ void Context::run_levels(Pass& pass) {
         undo_.restore();
         pass.targets->bind_for_drawing(level, draw_buffers);
         if (first) feedback.resume();
-        replay.begin({.native = false, .x_shift = scale.x_shift, .y_shift = scale.y_shift, .bounds = bounds,
+        replay.begin({.native = false, .view = target_.views > 1 ? static_cast<int>(view_) : -1, .x_shift = scale.x_shift, .y_shift = scale.y_shift, .bounds = bounds,
                       .masked = pass.masked && !(shape_.in_place && level == 0), .float_viewport = float_viewport_});
         log_.run(replay);
         if (first) feedback.pause_again();
@@ -333,11 +347,17 @@ void Context::restore_depth(Pass& pass) {
 void Context::leave_levels(Call call) {
     if (recording_) batch_.must_be_native = true;
     submit(call);
-    if (Framebuffer* f = find_framebuffer(draw_framebuffer_); f && f->pass.mode == Pass::Mode::levels && f->pass.frame == frame_) {
+    Framebuffer* f = find_framebuffer(draw_framebuffer_);
+    if (!f) return;
+    for (GLuint view = 0; view <= f->more.size(); ++view) {
+        Pass& pass = f->pass_of(view);
+        if (pass.mode != Pass::Mode::levels || pass.frame != frame_) continue;
         keep_driver_error();
-        levels_to_native(f->pass, true);
-        f->pass.mode = Pass::Mode::native;
+        if (!f->views.empty()) attach_view(static_cast<GLint>(view));
+        levels_to_native(pass, true);
+        pass.mode = Pass::Mode::native;
     }
+    if (!f->views.empty()) attach_view(0);
 }
 
 void Context::frame_ended(Call call) {

@@ -23,7 +23,7 @@
 namespace fovea::layer {
 
 inline constexpr std::size_t kMaxColors = 8;
-inline constexpr std::size_t kKeptTargets = 8;
+inline constexpr std::size_t kKeptTargets = 20;  // 16 views and some more
 
 // What a pass draws into. Equal descriptions can use each other's images.
 struct TargetShape {

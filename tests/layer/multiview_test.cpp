@@ -1,0 +1,38 @@
+// GL_OVR_multiview and multiview2 on a driver without them, in a program of its own.
+#include <gtest/gtest.h>
+
+#include "tests/layer/shell.hpp"
+
+using namespace fovea::layer_test;
+
+namespace {
+const std::string kProgram = kBin + "/layer_multiview_program";
+}
+
+TEST(Multiview, FourViewsAreDrawnByOneDraw) {
+    const Ran ran = shell(kLayer + "-- " + kProgram);
+    EXPECT_EQ(ran.exit_code, 0);
+    EXPECT_EQ(ran.out,
+              "at least four views: 1\n"
+              "depth without views: 1\n"
+              "layers that the texture has not: 1\n"
+              "base view 1, views 4, complete 1\n"
+              "errors: no views 0501, base -1 0501, 1000 views 0501, no array 0502, reading 0506, program of one view 0502\n"
+              "view 0: 1024 pixels, red 0, cleared 1\n"
+              "view 1: 1024 pixels, red 1, cleared 1\n"
+              "view 2: 4096 pixels, red 2, cleared 1\n"
+              "view 3: 4096 pixels, red 3, cleared 1\n"
+              "four views into a framebuffer of one: 0502\n"
+              "composition: 0 1 2 3\n");
+}
+
+TEST(Multiview, EachViewIsFoveatedByItsOwnFocalPoint) {
+    const Ran ran = shell(kLayer + "-- " + kProgram + " foveated");
+    EXPECT_EQ(ran.exit_code, 0);
+    EXPECT_EQ(ran.out,
+              "view 0: corners 1 4 4 4, id 0\n"
+              "view 1: corners 4 1 4 4, id 1\n"
+              "view 2: corners 4 4 1 4, id 2\n"
+              "view 3: corners 4 4 4 1, id 3\n");
+}
+
