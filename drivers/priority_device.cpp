@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <atomic>
 #include <deque>
+#include <semaphore>
 #include <sstream>
+#include <thread>
+#include <utility>
 
 #include "drivers/setting_values.hpp"
 
@@ -14,16 +17,31 @@ namespace {
 // How long the active device may keep a better one that is being watched waiting.
 constexpr Duration kWatchSlice = std::chrono::milliseconds(4);
 
+enum class Hold : std::uint8_t {
+    closed, open,         // the poller's
+    wanted, unwanted,     // the opener's
+};
+
 class PriorityDevice final : public Device {
 public:
     PriorityDevice(std::vector<std::unique_ptr<Device>> devices, const PrioritySettings& settings, const TimeSource& time)
         : settings_{settings}, time_{time} {
-        for (auto& d : devices) {
-            members_.emplace_back();
-            members_.back().device = std::move(d);
-        }
+        for (auto& d : devices) members_.emplace_back().device = std::move(d);
+        if (settings_.own_thread)
+            opener_ = std::thread([this] {
+                for (;;) {
+                    work_.acquire();
+                    if (ending_.load(std::memory_order_relaxed)) return;   // the semaphore orders it
+                    for (Member& m : members_) serve(m);
+                }
+            });
     }
-    ~PriorityDevice() override { close(); }
+    ~PriorityDevice() override {
+        close();
+        ending_.store(true, std::memory_order_relaxed);
+        work_.release();
+        if (opener_.joinable()) opener_.join();
+    }
 
     DeviceInfo info() const override {
         if (active_ < members_.size()) return members_[active_].device->info();
@@ -33,19 +51,41 @@ public:
     Result<void> open() override {
         close();
         next_id_ = 1;
-        return open_best();
+        std::string tried;
+        for (std::size_t i = 0; i < members_.size(); ++i) {
+            Member& m = members_[i];
+            auto opened = m.device->open();
+            if (opened) {
+                m.hold.store(Hold::open, std::memory_order_relaxed);
+                active_ = i;
+                return {};
+            }
+            m.try_at = time_.now() + settings_.retry;
+            tried += (i == 0 ? "" : "; ") + opened.error().message();
+        }
+        return fail("no tracker can be opened: " + tried);
     }
 
     PollStatus poll(GazeSample& out, Instant deadline) noexcept override {
-        if (active_ >= members_.size()) return PollStatus::lost;
         for (;;) {
             const Instant now = time_.now();
             if (woken_.exchange(false, std::memory_order_relaxed)) return PollStatus::nothing;
+            if (active_ >= members_.size()) {
+                if (!falling_back_) return PollStatus::lost;
+                switch (take_fall_back()) {
+                    case PollStatus::sample: continue;   // there is an active device again
+                    case PollStatus::lost: return PollStatus::lost;
+                    default: break;
+                }
+                if (now >= deadline) return PollStatus::nothing;
+                static_cast<void>(done_.try_acquire_for(std::min<Duration>(deadline - now, std::chrono::milliseconds(100))));
+                continue;
+            }
             const bool watching = watch_better(now, out);
             Instant until = deadline;
             if (watching) until = std::min(until, now + kWatchSlice);
             for (std::size_t i = 0; i < active_; ++i)
-                if (!members_[i].open) until = std::min(until, std::max(members_[i].try_at, now));
+                if (held(members_[i]) == Hold::closed) until = std::min(until, std::max(members_[i].try_at, now));
             switch (members_[active_].device->poll(out, until)) {
                 case PollStatus::sample:
                     out.id = next_id_++;
@@ -54,14 +94,10 @@ public:
                 case PollStatus::nothing:
                     if (time_.now() >= deadline) return PollStatus::nothing;
                     break;
-                case PollStatus::lost: {
-                    Member& m = members_[active_];
-                    m.device->close();
-                    m.open = false;
-                    m.try_at = time_.now() + settings_.retry;
-                    if (!fall_back()) return PollStatus::lost;
+                case PollStatus::lost:
+                    let_go(members_[active_]);
+                    begin_fall_back();
                     break;
-                }
             }
         }
     }
@@ -69,20 +105,26 @@ public:
     void wake() noexcept override {
         woken_.store(true, std::memory_order_relaxed);   // a flag alone: nothing to order
         for (auto& m : members_) m.device->wake();
+        done_.release();
     }
 
     void close() noexcept override {
         for (auto& m : members_) {
-            if (m.open) m.device->close();
-            m.open = m.proving = false;
+            for (Hold h = held(m); h == Hold::wanted || h == Hold::unwanted; h = held(m)) m.hold.wait(h, std::memory_order_acquire);
+            if (held(m) == Hold::open) m.device->close();
+            m.hold.store(Hold::closed, std::memory_order_relaxed);
+            m.proving = false;
         }
         active_ = members_.size();
+        falling_back_ = false;
     }
 
     DeviceCounters counters() const noexcept override {
         DeviceCounters sum;
         for (const auto& m : members_) {
-            const DeviceCounters c = m.device->counters();
+            const Hold h = held(m);
+            if (h == Hold::open || h == Hold::closed) m.last_seen_counters = m.device->counters();
+            const DeviceCounters& c = m.last_seen_counters;
             sum.samples += c.samples;
             sum.malformed += c.malformed;
             sum.dropped += c.dropped;
@@ -96,47 +138,52 @@ public:
 private:
     struct Member {
         std::unique_ptr<Device> device;
-        bool open = false;
+        // Whose the device is just now. Release by who hands it over, acquire by who takes it.
+        std::atomic<Hold> hold{Hold::closed};
         Instant try_at;        // when an open() may be tried again
         Instant valid_since;   // of the unbroken run of valid samples, while proving
         Instant last_seen;
-        bool proving = false;
+        bool proving = false, watched = false;
+        mutable DeviceCounters last_seen_counters;
     };
 
-    Result<void> open_best() {
-        std::string tried;
-        for (std::size_t i = 0; i < members_.size(); ++i) {
-            auto opened = members_[i].device->open();
-            if (opened) {
-                members_[i].open = true;
-                active_ = i;
-                return {};
-            }
-            members_[i].try_at = time_.now() + settings_.retry;
-            tried += (i == 0 ? "" : "; ") + opened.error().message();
-        }
-        return fail("no tracker can be opened: " + tried);
+    static Hold held(const Member& m) noexcept { return m.hold.load(std::memory_order_acquire); }
+
+    // On the opener's thread: does what is wanted of this device.
+    void serve(Member& m) noexcept {
+        const Hold h = held(m);
+        if (h != Hold::wanted && h != Hold::unwanted) return;
+        bool is_open = false;
+        if (h == Hold::unwanted) m.device->close();
+        else is_open = try_open(m);
+        m.hold.store(is_open ? Hold::open : Hold::closed, std::memory_order_release);
+        m.hold.notify_all();
+        done_.release();
     }
 
-    // Opens what is better than the active device and due, and looks at what it says. `scratch` is overwritten.
+    void hand_over(Member& m, Hold to) noexcept {
+        m.try_at = time_.now() + settings_.retry;
+        m.proving = m.watched = false;
+        m.hold.store(to, std::memory_order_release);
+        if (settings_.own_thread) work_.release();
+        else serve(m);
+    }
+
+    void let_go(Member& m) noexcept { hand_over(m, Hold::unwanted); }
+
+    // Asks for what is better than the active device and due, and looks at what is open of it. `scratch` is overwritten.
     bool watch_better(Instant now, GazeSample& scratch) noexcept {
         bool watching = false;
         for (std::size_t i = 0; i < active_; ++i) {
             Member& m = members_[i];
-            if (!m.open) {
-                if (now < m.try_at) continue;
-                m.try_at = now + settings_.retry;
-                m.open = try_open(m);
-                m.proving = false;
-                m.last_seen = now;
-                if (!m.open) continue;
-            }
+            if (held(m) == Hold::closed && now >= m.try_at) hand_over(m, Hold::wanted);
+            if (held(m) != Hold::open) continue;
+            if (!std::exchange(m.watched, true)) m.last_seen = now;
             watching = true;
             for (;;) {   // all that is waiting: its newest sample counts
                 const PollStatus status = m.device->poll(scratch, now);
                 if (status == PollStatus::lost || status == PollStatus::ended) {
-                    m.device->close();
-                    m.open = m.proving = false;
+                    let_go(m);
                     break;
                 }
                 if (status == PollStatus::nothing) {
@@ -167,34 +214,44 @@ private:
 
     void change_to(std::size_t index) noexcept {
         for (std::size_t i = 0; i < members_.size(); ++i)
-            if (i != index && members_[i].open) {
-                members_[i].device->close();
-                members_[i].open = false;
-                members_[i].try_at = time_.now() + settings_.retry;
-            }
+            if (i != index && held(members_[i]) == Hold::open) let_go(members_[i]);
         active_ = index;
+        falling_back_ = false;
         ++switches_;
     }
 
-    bool fall_back() noexcept {
+    // The active device is gone: all others are asked for, but the one that was lost.
+    void begin_fall_back() noexcept {
+        const std::size_t lost = std::exchange(active_, members_.size());
+        falling_back_ = true;
+        for (std::size_t i = 0; i < members_.size(); ++i)
+            if (i != lost && held(members_[i]) == Hold::closed) hand_over(members_[i], Hold::wanted);
+    }
+
+    // `sample`: one has been taken; `nothing`: not known yet; `lost`: none opens.
+    PollStatus take_fall_back() noexcept {
+        bool pending = false;
         for (std::size_t i = 0; i < members_.size(); ++i) {
-            if (i == active_) continue;
-            if (!members_[i].open) members_[i].open = try_open(members_[i]);
-            if (members_[i].open) {
-                change_to(i);
-                return true;
-            }
+            const Hold h = held(members_[i]);
+            if (h == Hold::wanted) pending = true;   // a better one may still come
+            if (h != Hold::open || pending) continue;
+            change_to(i);
+            return PollStatus::sample;
         }
-        active_ = members_.size();
-        return false;
+        if (pending) return PollStatus::nothing;
+        falling_back_ = false;
+        return PollStatus::lost;
     }
 
     PrioritySettings settings_;
     const TimeSource& time_;
-    std::vector<Member> members_;
+    std::deque<Member> members_;   // a deque never moves what it holds
     std::size_t active_ = static_cast<std::size_t>(-1);
     std::uint64_t next_id_ = 1, switches_ = 0;
-    std::atomic<bool> woken_{false};
+    bool falling_back_ = false;
+    std::atomic<bool> woken_{false}, ending_{false};
+    std::counting_semaphore<> work_{0}, done_{0};
+    std::thread opener_;
 };
 
 }  // namespace

@@ -6,8 +6,14 @@
 //                             without a break for `return_after`, it takes over (hysteresis: a loose plug does not
 //                             toss the gaze back and forth)
 //
-// Sample ids go on over a change of device. Cost: that of the active device; while a better one is missing, one failed
-// open() per `retry`, on the polling thread.
+// Sample ids go on over a change of device. Devices are opened and closed by a thread of the driver's own, so that a
+// bus that takes its time holds up no gaze; open() and close() themselves wait for it.
+//
+//   closed -> wanted -> open          who moves: the poller to `wanted` and `unwanted`, the thread onward from there;
+//     ^         |         |           each touches a device only in its own states
+//     +- failed-+ unwanted+
+//
+// Cost: that of the active device, and a look at a better one every 4 ms while it proves itself.
 // Threads, errors: as drivers/device.hpp.
 #pragma once
 
@@ -18,6 +24,7 @@ namespace fovea::drivers {
 struct PrioritySettings {
     Duration retry = std::chrono::seconds(2);
     Duration return_after = std::chrono::seconds(1);
+    bool own_thread = true;   // false: devices are opened where they are polled; for tests with a clock of their own
 };
 
 [[nodiscard]] std::unique_ptr<Device> make_priority_device(std::vector<std::unique_ptr<Device>> devices,

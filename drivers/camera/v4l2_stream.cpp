@@ -19,6 +19,7 @@ namespace {
 constexpr std::size_t kMaxImageBytes = std::size_t{kMaxImageSide} * kMaxImageSide * 2;
 constexpr unsigned kMaxFaultsInARow = 32;
 constexpr std::size_t kPage = 4096;
+constexpr std::int64_t kMaxStamp_s = 9'000'000'000;   // 285 years: the last whole thousand million below 2^63 ns
 
 struct KnownFormat {
     PixelFormat format;
@@ -305,7 +306,11 @@ int V4l2Stream::dequeue(Frame& out, Instant now) noexcept {
     out.sequence = v.sequence;
     out.received = now;
     out.captured_known = (v.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) == V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC;
-    const std::int64_t stamp_ns = std::int64_t{v.timestamp.tv_sec} * 1'000'000'000 + std::int64_t{v.timestamp.tv_usec} * 1000;
+    // A stamp that our nanoseconds cannot hold is none.
+    out.captured_known = out.captured_known && v.timestamp.tv_sec >= 0 && v.timestamp.tv_sec < kMaxStamp_s &&
+                         v.timestamp.tv_usec >= 0 && v.timestamp.tv_usec < 1'000'000;
+    const std::int64_t stamp_ns =
+        out.captured_known ? std::int64_t{v.timestamp.tv_sec} * 1'000'000'000 + std::int64_t{v.timestamp.tv_usec} * 1000 : 0;
     out.captured = out.captured_known ? std::min(instant_from_ns(stamp_ns), now) : now;
     if (has_sequence_) {
         const std::uint32_t step = v.sequence - last_sequence_;

@@ -86,7 +86,7 @@ struct EyeTracker::State {
     std::uint8_t gaze_report = 0, status_report = 0;
     bool has_status_report = false;
     Triple gaze, left_eye, right_eye, head, head_rotation;
-    const Field *timestamp = nullptr, *status = nullptr;
+    const Field *timestamp = nullptr, *status = nullptr, *present = nullptr;
     const Report *gaze_format = nullptr, *status_format = nullptr;
     WrappingCounter counter;
     double width_m = 0, height_m = 0;  // of the screen; 0: not known
@@ -113,8 +113,11 @@ struct EyeTracker::State {
 
     void find_fields() {
         for (const Field& f : descriptor.fields) {
-            if (f.constant || f.array || f.usage.page != kEyeTrackerPage || f.bit_size > 64) continue;
-            if (!descriptor.within(f.collection, tracker)) continue;
+            if (f.constant || f.bit_size > 64 || !descriptor.within(f.collection, tracker)) continue;
+            if (f.array && f.kind == ReportKind::input && present == nullptr)
+                for (std::uint16_t point = usage::kGazePoint; point <= usage::kHeadPosition; ++point)
+                    if (can_select(descriptor, f, {kEyeTrackerPage, point})) present = &f;
+            if (f.array || f.usage.page != kEyeTrackerPage) continue;
             const std::uint16_t id = f.usage.id;
             if (f.kind == ReportKind::input) {
                 if (id >= usage::kPositionX && id <= usage::kPositionZ) {
@@ -148,6 +151,7 @@ struct EyeTracker::State {
             drop_foreign(t->z.field);
         }
         drop_foreign(timestamp);
+        drop_foreign(present);
         if (status != nullptr && status->report_id == id) has_status_report = false;
         else has_status_report = status != nullptr;
     }
@@ -202,6 +206,15 @@ struct EyeTracker::State {
         return p;
     }
 
+    // False for a point that the report's list of what is there can name and does not.
+    bool listed(std::uint16_t point, std::span<const std::uint8_t> payload) const noexcept {
+        const Usage wanted{kEyeTrackerPage, point};
+        if (present == nullptr || !can_select(descriptor, *present, wanted)) return true;
+        for (std::uint32_t i = 0; i < present->count; ++i)
+            if (selected_usage(descriptor, *present, payload, i) == wanted) return true;
+        return false;
+    }
+
     // A position in space needs all three coordinates; (0, 0, 0) lies on the glass and means "not seen".
     [[nodiscard]] std::optional<Point> eye_position(const Triple& t, std::span<const std::uint8_t> payload) const noexcept {
         Point p;
@@ -233,10 +246,13 @@ struct EyeTracker::State {
         for (EyeState& e : out.eyes) e = {};
         Point target;
         bool zx = false, zy = false, zz = false;
+        if (!listed(usage::kGazePoint, payload)) return;
         if (!read(gaze.x, payload, target.x, zx) || !read(gaze.y, payload, target.y, zy)) return;
         if (gaze.z.known && !read(gaze.z, payload, target.z, zz)) return;
         target = turned(target);
-        const auto left = eye_position(left_eye, payload), right = eye_position(right_eye, payload);
+        std::optional<Point> left, right;
+        if (listed(usage::kLeftEyePosition, payload)) left = eye_position(left_eye, payload);
+        if (listed(usage::kRightEyePosition, payload)) right = eye_position(right_eye, payload);
         const bool has_eyes = left_eye.x.field != nullptr || right_eye.x.field != nullptr;
         if (!left && !right && (has_eyes || (zx && zy))) return;
 
@@ -245,7 +261,7 @@ struct EyeTracker::State {
             origin = {(left->x + right->x) / 2, (left->y + right->y) / 2, (left->z + right->z) / 2};
         else if (left || right)
             origin = left ? *left : *right;
-        else if (const auto h = eye_position(head, payload))
+        else if (const auto h = listed(usage::kHeadPosition, payload) ? eye_position(head, payload) : std::nullopt)
             origin = *h;
         else
             origin = {width_m / 2, height_m / 2, settings.viewing_distance_m};

@@ -7,6 +7,8 @@
 //   eye position  <- head position <- `viewing_distance_m` in front of the middle of the screen
 //   screen size   <- settings <- Configuration feature <- quirks <- Capabilities feature
 //   gaze in metres<- unit of the field <- quirk <- share of its logical range times the screen size
+// An array (HID 1.11, 6.2.2.5: a list of the usages that are on) in the gaze's report that can name the gaze point, an
+// eye's or the head's position says which of them are there: what it can name and does not is no value.
 // A gaze point outside its logical range, or exactly (0, 0) with every eye position (0, 0, 0), is no gaze.
 // Threads: one at a time. decode() is noexcept and allocates nothing.
 // Errors: a descriptor without an eye tracker, or whose gaze cannot be placed on a screen.

@@ -177,6 +177,12 @@ private:
                 const UsageRange &first = local_.usages.front(), &last = local_.usages.back();
                 f.usage = resolve(first.first, first.has_page, global_.usage_page);
                 f.usage_last = resolve(last.last, last.has_page, global_.usage_page);
+                if (f.array && !f.constant) {
+                    f.first_span = static_cast<std::uint32_t>(out_.array_usages.size());
+                    f.span_count = static_cast<std::uint32_t>(local_.usages.size());
+                    for (const UsageRange& r : local_.usages)
+                        out_.array_usages.push_back({resolve(r.first, r.has_page, global_.usage_page), static_cast<std::uint16_t>(r.last)});
+                }
             }
             return put(global_.report_count);
         }
@@ -346,6 +352,29 @@ bool put_raw_value(const Field& field, std::span<std::uint8_t> payload, std::int
             payload[bit >> 3] = static_cast<std::uint8_t>(payload[bit >> 3] & ~mask);
     }
     return true;
+}
+
+std::optional<Usage> selected_usage(const ReportDescriptor& descriptor, const Field& field,
+                                    std::span<const std::uint8_t> payload, std::uint32_t element) noexcept {
+    const auto raw = raw_value(field, payload, element);
+    if (!field.array || !raw || *raw < field.logical_min || *raw > field.logical_max) return std::nullopt;
+    auto index = static_cast<std::uint64_t>(*raw) - static_cast<std::uint64_t>(field.logical_min);
+    for (std::uint32_t i = field.first_span; i < field.first_span + field.span_count; ++i) {
+        const UsageSpan& s = descriptor.array_usages[i];
+        const std::uint64_t count = s.last >= s.first.id ? std::uint64_t{s.last} - s.first.id + 1 : 0;
+        if (index < count) return Usage{s.first.page, static_cast<std::uint16_t>(s.first.id + index)};
+        index -= count;
+    }
+    return std::nullopt;
+}
+
+bool can_select(const ReportDescriptor& descriptor, const Field& field, Usage usage) noexcept {
+    if (!field.array) return false;
+    for (std::uint32_t i = field.first_span; i < field.first_span + field.span_count; ++i) {
+        const UsageSpan& s = descriptor.array_usages[i];
+        if (s.first.page == usage.page && usage.id >= s.first.id && usage.id <= s.last) return true;
+    }
+    return false;
 }
 
 bool in_logical_range(const Field& field, std::int64_t raw) noexcept {

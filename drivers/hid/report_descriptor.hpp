@@ -43,13 +43,21 @@ struct Collection {
     int parent = -1;         // index into ReportDescriptor::collections, -1 at the top
 };
 
+// So many usages in a row, for the arrays: `first` to `last` on one page.
+struct UsageSpan {
+    Usage first;
+    std::uint16_t last = 0;
+    bool operator==(const UsageSpan&) const = default;
+};
+
 // `count` elements of `bit_size` bits that share one usage (variable), or that each hold the index of one of the usages
-// from `usage` to `usage_last` (array).
+// of `span_count` spans from ReportDescriptor::array_usages[first_span] on (array; `usage` and `usage_last` are its ends).
 struct Field {
     ReportKind kind = ReportKind::input;
     std::uint8_t report_id = 0;     // 0: the descriptor has no report ids
     int collection = -1;            // the innermost
     Usage usage, usage_last;
+    std::uint32_t first_span = 0, span_count = 0;
     bool constant = false, array = false, relative = false, null_state = false;
     std::uint32_t bit_offset = 0;   // from the first bit after the report id byte
     std::uint32_t bit_size = 0;     // 1 to kMaxFieldBits
@@ -71,6 +79,7 @@ struct ReportDescriptor {
     std::vector<Collection> collections;
     std::vector<Field> fields;
     std::vector<Report> reports;
+    std::vector<UsageSpan> array_usages;   // at most kMaxDescriptorBytes: each took a byte of the descriptor
     bool has_report_ids = false;
 
     [[nodiscard]] const Report* find_report(ReportKind kind, std::uint8_t id) const noexcept;
@@ -87,6 +96,12 @@ struct ReportDescriptor {
 // False for a value that the field declares impossible (outside its logical range): the device says "no value" so.
 // Fields without a range, and fields wider than 32 bits whose range the descriptor cannot spell, accept everything.
 [[nodiscard]] bool in_logical_range(const Field& field, std::int64_t raw) noexcept;
+// The usage that one element of an array selects: the logical minimum selects the array's first usage, and so on. Nothing
+// where the value is outside the logical range (nothing is selected) or beyond the usages, and for other fields.
+[[nodiscard]] std::optional<Usage> selected_usage(const ReportDescriptor& descriptor, const Field& field,
+                                                  std::span<const std::uint8_t> payload, std::uint32_t element) noexcept;
+// Whether the array can select `usage` at all.
+[[nodiscard]] bool can_select(const ReportDescriptor& descriptor, const Field& field, Usage usage) noexcept;
 // Puts a raw value in; the counterpart of raw_value(). False when it does not fit.
 bool put_raw_value(const Field& field, std::span<std::uint8_t> payload, std::int64_t raw,
                    std::uint32_t element = 0) noexcept;

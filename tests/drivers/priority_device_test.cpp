@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <semaphore>
 #include <string>
 
 using namespace fovea;
@@ -65,7 +67,7 @@ struct Two {
         std::vector<std::unique_ptr<Device>> devices;
         devices.push_back(std::make_unique<ScriptedDevice>("good", good, time));
         devices.push_back(std::make_unique<ScriptedDevice>("spare", spare, time));
-        device = make_priority_device(std::move(devices), {.retry = 2s, .return_after = 1s}, time);
+        device = make_priority_device(std::move(devices), {.retry = 2s, .return_after = 1s, .own_thread = false}, time);
     }
     // Polls for so long; every sample must come, and ids must go on by one.
     void run(Duration span) {
@@ -152,6 +154,72 @@ TEST(PriorityDevice, IsLostOnlyWhenAllAreAndOpensAgain) {
     t.last_id = 0;
     t.run(50ms);
     EXPECT_EQ(t.active(), "spare");
+}
+
+// A tracker whose open() and close() take as long as the test says, as a bus that does not answer.
+class SlowDevice final : public Device {
+public:
+    explicit SlowDevice(std::atomic<int>& opens, std::binary_semaphore& gate) : opens_{opens}, gate_{gate} {}
+    DeviceInfo info() const override { return {"slow", "slow", "", 0, false}; }
+    Result<void> open() override {
+        if (++opens_ == 1) return fail("not yet");   // so that the other one becomes active
+        gate_.acquire();
+        return {};
+    }
+    PollStatus poll(GazeSample& out, Instant) noexcept override {
+        out = {};
+        out.eye(Eye::combined).valid = true;
+        return PollStatus::sample;
+    }
+    void wake() noexcept override {}
+    void close() noexcept override {}
+
+private:
+    std::atomic<int>& opens_;
+    std::binary_semaphore& gate_;
+};
+
+TEST(PriorityDevice, ATrackerThatTakesItsTimeToOpenHoldsUpNoGaze) {
+    ManualTime time{instant_from_ns(1'000'000'000)};
+    Plug spare;
+    std::atomic<int> opens{0};
+    std::binary_semaphore gate{0};
+    std::vector<std::unique_ptr<Device>> devices;
+    devices.push_back(std::make_unique<SlowDevice>(opens, gate));
+    devices.push_back(std::make_unique<ScriptedDevice>("spare", spare, time));
+    const auto device = make_priority_device(std::move(devices), {.retry = 2s, .return_after = 0s}, time);
+    ASSERT_TRUE(device->open());
+    GazeSample s;
+    for (int i = 0; i < 1000 || opens < 2; ++i) {   // 5 s and more of the test's clock; the other hangs in open() meanwhile
+        ASSERT_EQ(device->poll(s, time.now() + 100ms), PollStatus::sample);
+        ASSERT_EQ(device->info().name, "spare");
+    }
+    EXPECT_EQ(opens, 2);
+    gate.release();
+    while (device->info().name != "slow") ASSERT_EQ(device->poll(s, time.now() + 100ms), PollStatus::sample);
+    EXPECT_EQ(device->counters().switches, 1u);
+    gate.release();   // for a second open(), should there be one
+}
+
+TEST(PriorityDevice, FallsBackOnItsOwnThreadToo) {
+    const SystemTime time;
+    ManualTime scripted{instant_from_ns(1'000'000'000)};
+    Plug good, spare;
+    std::vector<std::unique_ptr<Device>> devices;
+    devices.push_back(std::make_unique<ScriptedDevice>("good", good, scripted));
+    devices.push_back(std::make_unique<ScriptedDevice>("spare", spare, scripted));
+    const auto device = make_priority_device(std::move(devices), {.retry = 600s, .return_after = 1s}, time);
+    ASSERT_TRUE(device->open());
+    good.in = false;
+    GazeSample s;
+    PollStatus status = PollStatus::nothing;
+    while (status == PollStatus::nothing) status = device->poll(s, time.now() + 10s);
+    EXPECT_EQ(status, PollStatus::sample);
+    EXPECT_EQ(device->info().name, "spare");
+    spare.in = false;
+    do status = device->poll(s, time.now() + 10s);
+    while (status == PollStatus::nothing);
+    EXPECT_EQ(status, PollStatus::lost);
 }
 
 TEST(PriorityRow, HandsEachDriverItsOwnKeysAndRefusesUnknownDrivers) {

@@ -51,6 +51,7 @@ TEST(DeviceTable, NamesEachDriverAndEachKeyOnceAndStartsNoneFromNonsense) {
     for (const DeviceRow& row : device_table()) {
         std::map<std::string, int> seen;
         for (const DeviceKey& key : row.keys) EXPECT_EQ(++seen[key.name], 1) << row.driver << "." << key.name;
+        if (std::string(row.driver) == "synthetic") continue;   // it plays a file, which has no default
         EXPECT_TRUE(row.create(settings({}), time)) << row.driver << ": the defaults are legal";
         for (const DeviceKey& key : row.keys) {
             if (std::string(key.default_toml).starts_with('"')) continue;   // text may be anything

@@ -265,3 +265,28 @@ TEST(Quirks, AreReadFromFilesAndFoundByVendorProductAndName) {
     }
     std::filesystem::remove_all(folder);
 }
+
+TEST(EyeTracker, AnArrayThatNamesThePointsSaysWhichAreThere) {
+    DescriptorBuilder b;
+    b.page(0x12).begin(0x01, 1).begin(0x10, 2).id(3);
+    b.logical(-2'000'000, 2'000'000).unit(0x11, -4);
+    for (const int where : {0x24, 0x25, 0x26}) b.begin(where, 0).usages(0x21, 0x23).size(32, 3).input().end();
+    b.unit(0, 0).usages(0x24, 0x26).logical(1, 3).size(4, 4).input(0).end().end();   // 1 gaze, 2 left eye, 3 right eye
+    Opened o{EyeTracker::create(b.bytes, {}, {kScreenWidth, kScreenHeight, 0.6}).value(), parse_report_descriptor(b.bytes).value()};
+    const auto seen = [&](std::uint8_t first, std::uint8_t second) {
+        auto report = encode_tracking(o.descriptor, looking_at(0.3, 0.1));
+        report[report.size() - 2] = first;
+        report[report.size() - 1] = second;
+        GazeSample s;
+        bool has_time = false;
+        EXPECT_EQ(o.tracker.decode(report, s, has_time), Decoded::sample);
+        return s;
+    };
+    const GazeSample all = seen(0x21, 0x03), right = seen(0x31, 0x00), none = seen(0x32, 0x00), left = seen(0x02, 0xF1);
+    EXPECT_TRUE(all.eye(Eye::combined).valid && all.eye(Eye::left).valid && all.eye(Eye::right).valid);
+    EXPECT_TRUE(right.eye(Eye::combined).valid && right.eye(Eye::right).valid);
+    EXPECT_FALSE(right.eye(Eye::left).valid);
+    EXPECT_FALSE(none.eye(Eye::combined).valid) << "no gaze point in the list";
+    EXPECT_TRUE(left.eye(Eye::left).valid) << "the order is free, and 0 and 15 select nothing";
+    EXPECT_FALSE(left.eye(Eye::right).valid);
+}

@@ -117,6 +117,24 @@ TEST(ReportDescriptor, KeepsArraysAsOneFieldWithItsUsages) {
     EXPECT_EQ(d.fields[0].count, 3u);
 }
 
+TEST(ReportDescriptor, DecodesWhatAnArraySelects) {
+    auto b = tracker();
+    b.usages(0x24, 0x26).usage(0x30).usages(0x41, 0x42).logical(-1, 20).size(8, 4).input(0).end();
+    const auto d = parse_report_descriptor(b.bytes).value();
+    const Field& f = d.fields.at(0);
+    const std::uint8_t payload[] = {0xFF, 2, 4, 19};
+    EXPECT_EQ(selected_usage(d, f, payload, 0), (Usage{0x12, 0x24})) << "the logical minimum is the first";
+    EXPECT_EQ(selected_usage(d, f, payload, 1), (Usage{0x12, 0x30})) << "usages need not be neighbours";
+    EXPECT_EQ(selected_usage(d, f, payload, 2), (Usage{0x12, 0x42}));
+    EXPECT_EQ(selected_usage(d, f, payload, 3), std::nullopt) << "beyond the last usage";
+    EXPECT_EQ(selected_usage(d, f, payload, 4), std::nullopt);
+    const std::uint8_t outside[] = {21, 0xFE, 0, 0};
+    EXPECT_EQ(selected_usage(d, f, outside, 0), std::nullopt) << "outside the logical range: nothing is selected";
+    EXPECT_EQ(selected_usage(d, f, outside, 1), std::nullopt);
+    EXPECT_TRUE(can_select(d, f, {0x12, 0x25}) && can_select(d, f, {0x12, 0x41}));
+    EXPECT_FALSE(can_select(d, f, {0x12, 0x27}) || can_select(d, f, {0x01, 0x25}));
+}
+
 TEST(ReportDescriptor, TakesThePreferredUsageOfADelimitedSetAndPassesOverLongItems) {
     auto b = tracker();
     b << 0xFE << 0x03 << 0x77 << 1 << 2 << 3;
