@@ -1,9 +1,11 @@
-// `auto`: foveated where it pays, in full where it does not, by what the frames really cost.
+// `auto`: foveated where it pays, in full where it does not, by what the frames really cost; `auto_late` may also draw the
+// fovea after the latch, where that costs little more.
 //
-//   foveated <----> full       every `interval` frames one frame is drawn the other way; two trials in a row that are
-//                              cheaper by the hysteresis switch. The interval doubles while nothing changes, so that
-//                              trying costs next to nothing (2.2 times the cost in 1 of 512 frames: 0.2 %).
+//   foveated <----> full       every `interval` frames one frame is drawn another way; two trials in a row that are
+//       ^            ^         cheaper by the hysteresis switch. The interval doubles while nothing changes, so that
+//       +--> late <--+         trying costs next to nothing (2.2 times the cost in 1 of 512 frames: 0.2 %).
 //
+// The cost of a late frame counts 1 / (1 + allowance): its gain, a shorter way from latch to photon, is not in it.
 // Threads: the context's. noexcept, no allocation per frame.
 #pragma once
 
@@ -13,11 +15,13 @@
 
 namespace fovea::foveation {
 
-// The decision alone: which of two ways the next frame is drawn, given what the last ones cost.
+// The decision alone: which way the next frame is drawn, given what the last ones cost.
 class ExecutorChoice {
 public:
-    enum Way : std::uint8_t { foveated = 0, full = 1 };
-    [[nodiscard]] Way next() const noexcept { return trial_ ? other(settled_) : settled_; }
+    enum Way : std::uint8_t { foveated = 0, full = 1, late = 2 };
+    // late_allowance: how much more than the others a late frame may cost, 0 to 10; 0: late is no choice.
+    explicit ExecutorChoice(double late_allowance = 0) noexcept : ways_(late_allowance > 0 ? 3 : 2), late_weight_(1 / (1 + late_allowance)) {}
+    [[nodiscard]] Way next() const noexcept { return trial_ ? candidate_ : settled_; }
     [[nodiscard]] Way settled() const noexcept { return settled_; }
     // The cost of the frame drawn as next() said. Zero and negative costs are ignored.
     void observe(Duration cost) noexcept;
@@ -27,11 +31,13 @@ public:
     static constexpr int kConfirmations = 2;
 
 private:
-    [[nodiscard]] static Way other(Way w) noexcept { return w == foveated ? full : foveated; }
-    Way settled_ = foveated;
+    void choose_candidate() noexcept;
+    int ways_;
+    double late_weight_;
+    Way settled_ = foveated, candidate_ = full;
     bool trial_ = false;
-    std::array<bool, 2> warm_{};             // a way's first frame compiles shaders: it does not count
-    std::array<double, 5> recent_{};         // costs of the settled way, seconds; their median is compared
+    std::array<bool, 3> warm_{};             // a way's first frame compiles shaders: it does not count
+    std::array<double, 5> recent_{};         // weighted costs of the settled way, seconds; their median is compared
     std::size_t count_ = 0;
     int since_trial_ = 0, interval_ = kFirstInterval, wins_ = 0;
 };
@@ -39,7 +45,13 @@ private:
 class Auto final : public Method {
 public:
     [[nodiscard]] static Result<std::unique_ptr<Method>> create(const MethodSettings& settings);
-    [[nodiscard]] std::string_view name() const noexcept override { return "auto"; }
+    [[nodiscard]] static Result<std::unique_ptr<Method>> create_late(const MethodSettings& settings);
+    [[nodiscard]] std::string_view name() const noexcept override { return methods_[ExecutorChoice::late] ? "auto_late" : "auto"; }
+    // Of the next frame: it changes only in observe() and prepare().
+    [[nodiscard]] bool late_fovea() const noexcept override { return chosen().late_fovea(); }
+    void submit_early(const gl::CommandList& draws, std::span<const ViewTarget> targets, std::span<const ViewFocus> focus) noexcept override {
+        chosen().submit_early(draws, targets, focus);
+    }
     [[nodiscard]] std::string_view executor() const noexcept override { return chosen().name(); }
     [[nodiscard]] bool exact_fovea() const noexcept override { return true; }
     [[nodiscard]] Result<void> prepare(std::span<const ViewTarget> targets) override;
@@ -51,10 +63,11 @@ public:
     [[nodiscard]] std::uint64_t counted_fragments() override { return drawn_->counted_fragments(); }
 
 private:
-    Auto(std::unique_ptr<Method> foveated, std::unique_ptr<Method> full) noexcept
-        : methods_{std::move(foveated), std::move(full)}, drawn_(methods_[0].get()) {}
+    Auto(std::array<std::unique_ptr<Method>, 3> methods, double late_allowance) noexcept
+        : methods_(std::move(methods)), choice_(late_allowance), drawn_(methods_[0].get()) {}
+    [[nodiscard]] static Result<std::unique_ptr<Method>> create_with(const MethodSettings& settings, double late_allowance);
     [[nodiscard]] Method& chosen() const noexcept { return *methods_[foveation_possible_ ? choice_.next() : ExecutorChoice::full]; }
-    std::array<std::unique_ptr<Method>, 2> methods_;   // by ExecutorChoice::Way
+    std::array<std::unique_ptr<Method>, 3> methods_;   // by ExecutorChoice::Way; late is empty for `auto`
     ExecutorChoice choice_;
     Method* drawn_;                     // what the last frame was drawn with
     bool foveation_possible_ = true;    // its targets could be had

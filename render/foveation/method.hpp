@@ -84,6 +84,7 @@ struct MethodSettings {
     int resolve_threads = 0;        // of the processor's resolve: 0 as many as processors (at most 4), 1 only the caller
     Resolver resolver = Resolver::automatic;   // automatic: what the start-up probe found to be cheaper on this driver
     Mask mask = Mask::automatic;               // automatic: stencil, unless only depth rejects early on this driver
+    double late_allowance = 0.15;   // auto_late: how much more a frame may cost whose fovea is drawn after the latch, (0, 10]
     InsetOutsetSettings inset_outset;
     DynamicViewportSettings dynamic_viewports;
     density::RateSettings shading_rate;

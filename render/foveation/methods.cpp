@@ -21,6 +21,7 @@ constexpr std::array kMethods{
     MethodEntry{"dynamic_viewports", "a coarse view of everything and a sharp one around the gaze, in one atlas (Varjo)", &DynamicViewports::create},
     MethodEntry{"shading_rate", "a map of 1x1, 2x2 and 4x4 tiles around the gaze, applied by level passes (Varjo)", &ScaledBins::create_rates},
     MethodEntry{"auto", "scaled_bins where it pays, full where it does not, by what the frames cost", &Auto::create},
+    MethodEntry{"auto_late", "the same, and scaled_bins_late where that costs little more: a shorter way from latch to photon", &Auto::create_late},
 };
 
 }  // namespace

@@ -3,6 +3,7 @@
 // `full` and the method under test take turns, frame by frame, so that whatever else the machine does falls on both; the
 // figures are ratios of medians: cpu_ratio (processor time of the process, all threads), wall_ratio, pixel_ratio.
 #include <benchmark/benchmark.h>
+#include <epoxy/gl.h>
 
 #include <algorithm>
 #include <ctime>
@@ -159,6 +160,76 @@ BENCHMARK_CAPTURE(mask_and_resolve, gain10, 10.0f, foveation::Resolver::automati
     ->Name("Overhead/mask and resolve/2x1024/gain 10")->Iterations(60)->Unit(benchmark::kMillisecond)->UseRealTime();
 BENCHMARK_CAPTURE(mask_and_resolve, gain4_gpu, 4.0f, foveation::Resolver::gpu, gl::Filter::linear)
     ->Name("Overhead/mask and resolve/2x1024/gain 4/resolver gpu")->Iterations(30)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+// An unfoveated frame through the runtime (record, prepare, submit) against the same draws issued straight from GL, in turn.
+void unfoveated_frame(benchmark::State& state, const char* method_name) {
+    if (context() == nullptr) return state.SkipWithError("no EGL context");
+    auto scene = scene::Scene::create({.name = "circuit"});
+    TwoEyes eyes(1024);
+    auto method = foveation::create_method(method_name, {});
+    if (!scene || !method || !(*method)->prepare(eyes.targets)) return state.SkipWithError("no scene or method");
+    const auto views = scene::stereo_views();
+    gl::CommandList list, direct;
+    scene->record(3.0, views, direct);
+    const auto plain = [&] {
+        for (std::size_t v = 0; v < eyes.targets.size(); ++v) {
+            glBindFramebuffer(GL_FRAMEBUFFER, eyes.targets[v].framebuffer);
+            glViewport(0, 0, 1024, 1024);
+            glDisable(GL_SCISSOR_TEST);
+            glDisable(GL_STENCIL_TEST);
+            glEnable(GL_DEPTH_TEST);
+            glDepthMask(GL_TRUE);
+            glClearColor(0.05f, 0.06f, 0.09f, 1);
+            glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+            direct.submit({.view = static_cast<std::uint32_t>(v)});
+        }
+    };
+    const auto runtime = [&] {
+        scene->record(3.0, views, list);
+        static_cast<void>((*method)->prepare(eyes.targets));
+        (*method)->submit(list, eyes.targets, eyes.focus);   // focal points at their default: full density everywhere
+    };
+    std::vector<double> plain_ms, runtime_ms;
+    const auto timed = [](auto draw, std::vector<double>& into) {
+        const double start = now_ms(CLOCK_PROCESS_CPUTIME_ID);
+        draw();
+        gl::finish();
+        into.push_back(now_ms(CLOCK_PROCESS_CPUTIME_ID) - start);
+    };
+    timed(plain, plain_ms);
+    timed(runtime, runtime_ms);
+    plain_ms.clear();
+    runtime_ms.clear();
+    for (auto _ : state) {
+        timed(plain, plain_ms);
+        timed(runtime, runtime_ms);
+    }
+    state.counters["plain_cpu_ms"] = median(plain_ms);
+    state.counters["cpu_ratio"] = median(runtime_ms) / median(plain_ms);
+}
+
+BENCHMARK_CAPTURE(unfoveated_frame, full, "full")->Name("Overhead/unfoveated frame/full")->Iterations(15)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(unfoveated_frame, bins, "scaled_bins")->Name("Overhead/unfoveated frame/scaled_bins")->Iterations(15)->Unit(benchmark::kMillisecond)->UseRealTime();
+
+// A frame in which the app has neither drawn nor cleared, prepare included.
+void empty_frame(benchmark::State& state, const char* method_name) {
+    if (context() == nullptr) return state.SkipWithError("no EGL context");
+    TwoEyes eyes(1024);
+    auto method = foveation::create_method(method_name, {});
+    if (!method || !(*method)->prepare(eyes.targets)) return state.SkipWithError("no method");
+    gl::CommandList list;
+    list.begin({.keep_color = true, .keep_depth = true}, {});
+    for (foveation::ViewFocus& f : eyes.focus) f.points[0] = {0.1f, 0, 4, 4, 0};
+    for (auto _ : state) {
+        static_cast<void>((*method)->prepare(eyes.targets));
+        benchmark::DoNotOptimize((*method)->submit(list, eyes.targets, eyes.focus));
+    }
+}
+
+BENCHMARK_CAPTURE(empty_frame, bins, "scaled_bins")->Name("Overhead/empty frame/scaled_bins")->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(empty_frame, late, "scaled_bins_late")->Name("Overhead/empty frame/scaled_bins_late")->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(empty_frame, inset, "inset_outset")->Name("Overhead/empty frame/inset_outset")->Unit(benchmark::kMicrosecond);
+BENCHMARK_CAPTURE(empty_frame, automatic, "auto")->Name("Overhead/empty frame/auto")->Unit(benchmark::kMicrosecond);
 
 void plan_update(benchmark::State& state, int points, bool moving) {
     auto plan = density::Plan::create({.width_px = 2048, .height_px = 2048});

@@ -29,7 +29,7 @@ protected:
         return make_method(GetParam(), s, settings);
     }
     // True where the method is one that goes on over a picture without drawing it in full.
-    static bool continues() { return GetParam() == std::string("scaled_bins") || GetParam() == std::string("shading_rate") || GetParam() == std::string("auto"); }
+    static bool continues() { return GetParam() == std::string("scaled_bins") || GetParam() == std::string("shading_rate") || GetParam() == std::string("auto") || GetParam() == std::string("auto_late"); }
     static bool composes() { return GetParam() == std::string("inset_outset") || GetParam() == std::string("dynamic_viewports"); }
 
     // The fovea is that of the full picture; the rest resembles it, and is not the same.
@@ -395,7 +395,7 @@ TEST_P(Behaviours, NegativeCalls) {
     for (std::size_t i = 3; i < got.size(); i += 4) ASSERT_EQ(got[i], 255) << "a hole at " << i / 4;
 }
 
-INSTANTIATE_TEST_SUITE_P(Method, Behaviours, ::testing::Values("scaled_bins", "scaled_bins_late", "inset_outset", "dynamic_viewports", "shading_rate", "auto"),
+INSTANTIATE_TEST_SUITE_P(Method, Behaviours, ::testing::Values("scaled_bins", "scaled_bins_late", "inset_outset", "dynamic_viewports", "shading_rate", "auto", "auto_late"),
                          [](const auto& i) { return std::string(i.param); });
 
 }  // namespace

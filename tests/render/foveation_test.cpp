@@ -163,6 +163,61 @@ TEST(ExecutorChoice, DoesNotFlutterWhenBothCostTheSame) {
     EXPECT_EQ(choice.settled(), last);
 }
 
+TEST(ExecutorChoice, TakesTheLateFoveaWhileItCostsLittleMore) {
+    using foveation::ExecutorChoice;
+    ExecutorChoice choice(0.15);
+    const auto run = [&](double foveated_ms, double full_ms, double late_ms, int frames) {
+        std::array<int, 3> drawn{};
+        for (int i = 0; i < frames; ++i) {
+            const auto way = choice.next();
+            ++drawn[way];
+            choice.observe(seconds((way == ExecutorChoice::foveated ? foveated_ms : way == ExecutorChoice::full ? full_ms : late_ms) * 1e-3));
+        }
+        return drawn;
+    };
+    run(30, 100, 31, 600);
+    EXPECT_EQ(choice.settled(), ExecutorChoice::late) << "3 % more";
+    run(30, 100, 45, 1500);
+    EXPECT_EQ(choice.settled(), ExecutorChoice::foveated) << "half as much again is too much";
+    run(220, 100, 230, 1500);
+    EXPECT_EQ(choice.settled(), ExecutorChoice::full);
+    const auto drawn = run(220, 100, 230, 6000);
+    EXPECT_LT(drawn[ExecutorChoice::foveated] + drawn[ExecutorChoice::late], 20) << "trying costs next to nothing";
+    ExecutorChoice never;
+    for (int i = 0; i < 3000; ++i) {
+        ASSERT_NE(never.next(), ExecutorChoice::late);
+        never.observe(seconds(0.02));
+    }
+}
+
+TEST_F(Foveation, AutoMayDrawTheFoveaAfterTheLatch) {
+    const QuadDraw quad(kPattern);
+    Views v(128, 128);
+    const auto automatic = make("auto_late", v), full = make("full", v);
+    full->submit(quad.list(), v.targets, v.focus);
+    const Pixels whole = read(v.targets[0]);
+    int late_frames = 0;
+    for (int i = 0; i < 120; ++i) {
+        const std::string chosen(automatic->executor());
+        ASSERT_EQ(automatic->late_fovea(), chosen == "scaled_bins_late");
+        v.look(0, {-0.3f, 0, 5, 5, 0});
+        if (automatic->late_fovea()) automatic->submit_early(quad.list(), v.targets, v.focus);
+        v.look(0, {0.1f, 0.2f, 5, 5, 0});   // latched
+        const FrameCost cost = automatic->submit(quad.list(), v.targets, v.focus);
+        late_frames += chosen == "scaled_bins_late";
+        EXPECT_FALSE(cost.fell_back);
+        const Pixels got = read(v.targets[0]);
+        const auto middle = static_cast<std::size_t>(77 * 128 + 70) * 4;   // where the gaze is now
+        ASSERT_TRUE(std::equal(&got[middle], &got[middle] + 4, &whole[middle])) << chosen;
+        automatic->observe(std::chrono::microseconds(chosen == "full" ? 20'000 : chosen == "scaled_bins_late" ? 9'300 : 9'000));
+    }
+    EXPECT_EQ(automatic->executor(), "scaled_bins_late");
+    EXPECT_GT(late_frames, 60);
+    foveation::MethodSettings never;
+    never.late_allowance = 0;
+    EXPECT_FALSE(foveation::create_method("auto_late", never).has_value());
+}
+
 TEST_F(Foveation, AutoDrawsTheSamePicturesAsTheMethodItChose) {
     const QuadDraw quad(kPattern);
     Views v(128, 128);
