@@ -19,6 +19,7 @@
 #include <spdlog/spdlog.h>
 
 #include "daemon/recording.hpp"
+#include "daemon/service/calibration_file.hpp"
 #include "daemon/service/daemon.hpp"
 #include "daemon/service/endpoint.hpp"
 #include "protocol/handshake.hpp"
@@ -132,6 +133,7 @@ int run(const Options& options) {
     set_up_log(config->log.level);
     // Before anything is made: keys that the driver does not accept are config errors too.
     if (auto source = make_source(*config, devices, time); !source) return complain(source.error(), kUsage);
+    if (auto pipe = service::create_pipeline(config->pipeline, config->calibration); !pipe) return complain(pipe.error(), kUsage);
 
     const std::filesystem::path run_dir =
         options.run_dir.empty() ? std::filesystem::path(default_socket_path()).parent_path() : std::filesystem::path(options.run_dir);

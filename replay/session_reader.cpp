@@ -75,7 +75,7 @@ struct SessionReader::State {
     Database database;
     int schema;
     std::map<std::string, std::string> meta;
-    bool has_truth = false, has_targets = false;  // the first sessions of schema 1 lack these tables
+    bool has_truth = false, has_targets = false;  // older sessions lack these tables
 
     // Calls row(statement) for each row of `sql` until it returns false.
     template <class Row>

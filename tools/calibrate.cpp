@@ -84,12 +84,23 @@ int report(const Error& error, int code) {
     return code;
 }
 
+// Those that the recording itself knows of.
+std::vector<Target> recorded_targets(const replay::Recording& recording) {
+    const Instant first = recording.samples.front().sample.exposed;
+    std::vector<Target> targets;
+    for (const replay::TargetShown& t : recording.targets) targets.push_back({(t.start - first).count(), (t.end - first).count(), t.dir_head});
+    return targets;
+}
+
 int run(const CalibrateOptions& o) {
-    const auto targets = read_targets(o.targets);
+    Result<std::vector<Target>> targets;
+    if (!o.targets.empty()) targets = read_targets(o.targets);
     if (!targets) return report(targets.error(), kBadInput);
     const auto recording = replay::load_recording(o.from);
     if (!recording) return report(recording.error(), kBadInput);
     if (recording->samples.empty()) return report({"the recording is empty", o.from, ""}, kBadInput);
+    if (o.targets.empty()) targets = recorded_targets(*recording);
+    if (targets->empty()) return report({"nothing says what was to be looked at", o.targets.empty() ? o.from : o.targets, "give --targets: a CSV with start_ms,end_ms,x_deg,y_deg"}, kBadInput);
     std::string toml;
     std::optional<Error> refused;
     for (const auto& [eye, name] : {std::pair{Eye::combined, "combined"}, {Eye::left, "left"}, {Eye::right, "right"}}) {
@@ -118,11 +129,12 @@ void add_calibrate(CLI::App& app, int* exit_code) {
     auto o = std::make_shared<CalibrateOptions>();
     auto* c = app.add_subcommand("calibrate", "Fit a calibration to recorded fixations of known targets");
     c->add_option("--from", o->from, "The recording (a session file or any known format)")->required();
-    c->add_option("--targets", o->targets, "CSV with start_ms,end_ms,x_deg,y_deg: what was shown when, from the first sample on")->required();
+    c->add_option("--targets", o->targets, "CSV with start_ms,end_ms,x_deg,y_deg: what was shown when, from the first sample on (default: the session's own)");
     c->add_option("--out", o->out, "Write the calibration here, as TOML; - is standard output")->required();
     c->add_option("--largest-error", o->largest_error_deg, "Refuse a fit that is worse on targets left out, degrees (default 3)")->check(CLI::Range(0.01, 90.0));
     c->add_option("--settle-ms", o->settle_ms, "Leave out this much of each target's beginning (default 300)")->check(CLI::Range(0.0, 10000.0));
     c->footer("Example: fovea calibrate --from session.fovea --targets targets.csv --out me.toml\n"
+              "Then: fovead --set pipeline.calibration=me.toml\n"
               "Exit codes: 0 written, 1 cannot write, 2 wrong usage, 3 unusable input or a fit that was refused (the message says why).");
     c->callback([o, exit_code] { *exit_code = run(*o); });
 }

@@ -7,6 +7,7 @@
 #include "daemon/pipeline/pipeline.hpp"
 #include "daemon/pipeline/settings_table.hpp"
 #include "daemon/pipeline/validate.hpp"
+#include "daemon/service/calibration_file.hpp"
 #include "replay/recording.hpp"
 #include "tools/commands.hpp"
 #include "tools/output_file.hpp"
@@ -15,7 +16,7 @@ namespace fovea::tools {
 namespace {
 
 struct PredictOptions {
-    std::string in, csv, filter, predictor;
+    std::string in, csv, filter, predictor, calibration;
     double horizon_ms = 50;
 };
 
@@ -58,8 +59,8 @@ int run(const PredictOptions& o) {
     for (const auto& [key, value] : {std::pair{"filter.name", o.filter}, {"predictor.name", o.predictor}})
         if (!value.empty())
             if (auto ok = apply_setting(settings, *pipeline::find_setting(key), value); !ok) return report(ok.error(), kUsage);
-    auto line = pipeline::Pipeline::create(settings);
-    if (!line) return report(line.error(), kUsage);
+    auto line = service::create_pipeline(settings, o.calibration);
+    if (!line) return report(line.error(), o.calibration.empty() ? kUsage : kBadInput);
     auto recording = replay::load_recording(o.in);
     if (!recording) return report(recording.error(), kBadInput);
     auto out = OutputFile::create(o.csv);
@@ -85,6 +86,7 @@ void add_predict(CLI::App& app, int* exit_code) {
     c->add_option("file", o->in, "The recording; its format is recognised from the content")->required();
     c->add_option("--horizon-ms", o->horizon_ms, "How far ahead, milliseconds (default 50)")->check(CLI::Range(0.0, 150.0));
     c->add_option("--predictor", o->predictor, "hold, velocity, damped_velocity, kalman, imm, gain_table, ballistic or auto (default)");
+    c->add_option("--calibration", o->calibration, "A file of `fovea calibrate`, applied to each sample");
     c->add_option("--filter", o->filter, "none, one_euro, kalman or saccade_aware (default)");
     c->add_option("--csv", o->csv, "Write here; - is standard output")->required();
     c->footer(

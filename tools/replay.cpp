@@ -7,6 +7,7 @@
 
 #include "daemon/pipeline/pipeline.hpp"
 #include "daemon/pipeline/settings_table.hpp"
+#include "daemon/service/calibration_file.hpp"
 #include "replay/recording.hpp"
 #include "tools/commands.hpp"
 #include "tools/model_csv.hpp"
@@ -16,7 +17,7 @@ namespace fovea::tools {
 namespace {
 
 struct ReplayOptions {
-    std::string in, csv, speed = "max", filter, predictor;
+    std::string in, csv, speed = "max", filter, predictor, calibration;
 };
 
 int report(const Error& error, int code) {
@@ -40,8 +41,8 @@ int run(const ReplayOptions& o) {
     for (const auto& [key, value] : {std::pair{"filter.name", o.filter}, {"predictor.name", o.predictor}})
         if (!value.empty())
             if (auto ok = apply_setting(settings, *pipeline::find_setting(key), value); !ok) return report(ok.error(), kUsage);
-    auto line = pipeline::Pipeline::create(settings);
-    if (!line) return report(line.error(), kUsage);
+    auto line = service::create_pipeline(settings, o.calibration);
+    if (!line) return report(line.error(), o.calibration.empty() ? kUsage : kBadInput);
     auto recording = replay::load_recording(o.in);
     if (!recording) return report(recording.error(), kBadInput);
 
@@ -82,6 +83,7 @@ void add_replay(CLI::App& app, int* exit_code) {
     c->add_option("file", o->in, "The recording; its format is recognised from the content")->required();
     c->add_option("--speed", o->speed, "max: as fast as possible (default); 1: as it was recorded; 2: twice as fast");
     c->add_option("--csv", o->csv, "Write one row per sample here; - is standard output")->required();
+    c->add_option("--calibration", o->calibration, "A file of `fovea calibrate`, applied to each sample");
     c->add_option("--filter", o->filter, "Filter instead of the default");
     c->add_option("--predictor", o->predictor, "Predictor instead of the default");
     c->footer(

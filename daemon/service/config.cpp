@@ -174,6 +174,7 @@ private:
     // Paths in a file are relative to the file, so that it can be started from anywhere.
     void resolve(const std::string& path) const {
         for (auto [key, text] : {std::pair{"record.path", &config_.record.path},
+                                 std::pair{"pipeline.calibration", &config_.calibration},
                                  std::pair{"server.focus_socket", &config_.server.focus_socket},
                                  std::pair{"server.admin_socket", &config_.server.admin_socket}})
             if (path == key && !text->empty()) *text = (folder_ / *text).lexically_normal().string();

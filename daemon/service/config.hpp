@@ -49,12 +49,13 @@ struct LogSettings {
 struct Config {
     SourceSettings source;
     pipeline::PipelineSettings pipeline;  // [loss] is pipeline.loss
+    std::string calibration;              // file of `fovea calibrate`; "": the tracker's own
     ServerSettings server;
     RecordSettings record;
     LogSettings log;
 };
 
-// Reads and checks `text`. `name` stands before line and column in errors; a relative source.path or record.path is
+// Reads and checks `text`. `name` stands before line and column in errors; a relative source.path, record.path or pipeline.calibration is
 // resolved against `folder`. `devices`: the rows whose drivers may be chosen.
 [[nodiscard]] Result<Config> parse_config(std::string_view text, const std::string& name,
                                           const std::filesystem::path& folder,

@@ -89,6 +89,8 @@ std::vector<ConfigKey> make_keys() {
     };
     for (const pipeline::SettingRow& row : pipeline::settings_table()) keys.push_back(pipeline_key(row));
     const ConfigKey server[] = {
+        text("pipeline", "calibration", "a file path", "What `fovea calibrate` wrote for the person who looks; empty: trust the tracker",
+             [](Config& c) -> std::string& { return c.calibration; }),
         text("server", "focus_socket", "a path, at most 107 bytes", "Where clients connect; empty: focus.sock in the run directory",
              [](Config& c) -> std::string& { return c.server.focus_socket; }),
         text("server", "admin_socket", "a path, at most 107 bytes", "Where `fovea status` connects; empty: admin.sock in the run directory",

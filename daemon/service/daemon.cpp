@@ -13,6 +13,7 @@
 
 #include "daemon/service/admin_request.hpp"
 #include "daemon/service/admin_server.hpp"
+#include "daemon/service/calibration_file.hpp"
 #include "daemon/service/config_keys.hpp"
 #include "daemon/service/endpoint.hpp"
 
@@ -62,7 +63,7 @@ struct Daemon::State {
     Result<void> make_loop() {
         Result<DaemonParts::Source> source = parts.make_source(parts.config);
         if (!source) return std::unexpected(source.error());
-        Result<pipeline::Pipeline> pipe = pipeline::Pipeline::create(parts.config.pipeline);
+        Result<pipeline::Pipeline> pipe = create_pipeline(parts.config.pipeline, parts.config.calibration);
         if (!pipe) return std::unexpected(pipe.error());
         loop.emplace(std::move(source->device), source->may_come_later, std::move(*pipe),
                      SourceLoop::Outputs{focus, samples}, time,
@@ -225,6 +226,7 @@ struct Daemon::State {
             new_pipeline |= !fixed && !source && !key.starts_with("server.") && !key.starts_with("log.");
             (fixed ? needs_restart : applied).push_back(key);
         }
+        new_pipeline |= !fresh->calibration.empty();  // the person may have calibrated anew, into the same file
         Config before = std::exchange(parts.config, std::move(*fresh));
         if (Result<void> ok = apply(new_pipeline, new_source); !ok) {
             parts.config = std::move(before);
@@ -238,7 +240,7 @@ struct Daemon::State {
     }
 
     Result<void> apply(bool new_pipeline, bool new_source) {
-        Result<pipeline::Pipeline> pipe = pipeline::Pipeline::create(parts.config.pipeline);
+        Result<pipeline::Pipeline> pipe = create_pipeline(parts.config.pipeline, parts.config.calibration);
         if (!pipe) return std::unexpected(pipe.error());
         if (new_source) {
             Result<DaemonParts::Source> source = parts.make_source(parts.config);

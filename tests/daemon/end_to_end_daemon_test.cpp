@@ -177,6 +177,31 @@ TEST(Fovead, RunsOnASyntheticEye) {
     EXPECT_THAT(bad.error, HasSubstr("bad.toml:2:11"));
 }
 
+TEST(Fovead, AppliesAPersonsCalibration) {
+    const TemporaryFolder folder;
+    // A tracker that shows 4 degrees too far right; the calibration takes 4 degrees (in tangents) off again.
+    std::ofstream(folder / "eye.toml") << "duration_s = 1\nrate_hz = 250\n[miscalibration]\noffset_x_deg = 4\noffset_y_deg = 0\ngain_x = 1\ngain_y = 1\nshear = 0\n[noise]\nstd_deg = 0.01\n";
+    std::ofstream(folder / "me.toml") << "[calibration.combined]\nmodel = \"affine\"\ncoefficients = [-0.069926812, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]\n";
+    const auto shown_deg = [&](const std::vector<std::string>& more, const char* session) {
+        std::vector<std::string> arguments = {"--set", "source.driver=synthetic", "--set", "source.path=" + (folder / "eye.toml"), "--set", "source.endless=false", "--set", "source.speed=max",
+                                              "--exit-at-end", "--linger", "0", "--run-dir", folder / "run", "--record", folder / session};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const Finished f = fovead(arguments);
+        EXPECT_EQ(f.code, 0) << f.error;
+        double last = 1e9;
+        const auto read = replay::SessionReader::open(folder / session);
+        EXPECT_TRUE(read && read->models([&](const MotionModel& m) { return last = to_azimuth_elevation(m.eyes[0].gaze_dir_head).azimuth_rad * 180 / M_PI, true; }));
+        return last;
+    };
+    EXPECT_NEAR(shown_deg({}, "a.fovea"), 4, 0.1);
+    EXPECT_NEAR(shown_deg({"--set", "pipeline.calibration=" + (folder / "me.toml")}, "b.fovea"), 0, 0.1);
+
+    std::ofstream(folder / "bad.toml") << "[calibration.combined]\nmodel = \"affine\"\n";
+    const Finished bad = fovead({"--set", "source.path=" + shipped_recording(), "--set", "pipeline.calibration=" + (folder / "bad.toml"), "--run-dir", folder / "run"});
+    EXPECT_EQ(bad.code, 2);
+    EXPECT_THAT(bad.error, HasSubstr("bad.toml: there is no complete [calibration.combined]"));
+}
+
 TEST(Fovead, WaitsForItsFirstClientWhenAsked) {
     const TemporaryFolder folder;
     DaemonProcess daemon(folder, {.arguments = {"--exit-at-end", "--set", "source.duration_s=0.1", "--set", "source.wait_for_client=true"}});

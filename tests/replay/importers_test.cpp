@@ -293,6 +293,25 @@ TEST(TobiiTx300, TakesGazePointMinusEyeAndDropsLostEyes) {
     EXPECT_EQ(one, 1u);
 }
 
+// Validity above 1: the eye may be the other one (Tobii SDK), whatever the positions say.
+TEST(TobiiTx300, TrustsValidity0And1AndNothingAbove) {
+    std::string text = "Time\tLEyePos3dx\tLEyePos3dy\tLEyePos3dz\tLGazePos3dx\tLGazePos3dy\tLGazePos3dz\tLPupilDm\tLValidity\t"
+                       "REyePos3dx\tREyePos3dy\tREyePos3dz\tRGazePos3dx\tRGazePos3dy\tRGazePos3dz\tRPupilDm\tRValidity\n";
+    for (int validity = 0; validity <= 4; ++validity)
+        text += std::to_string(1000 + 3333 * validity) + "\t-30\t0\t600\t10\t20\t50\t3.5\t" + std::to_string(validity) + "\t30\t0\t600\t10\t20\t50\t3.5\t0\n";
+    const auto r = load_text(text);
+    ASSERT_TRUE(r) << r.error().message();
+    ASSERT_EQ(r->info.format, "tobii_tx300");
+    ASSERT_EQ(r->samples.size(), 5u);
+    for (std::size_t i = 0; i < 5; ++i) {
+        EXPECT_EQ(r->samples[i].sample.eye(Eye::left).valid, i <= 1) << "validity " << i;
+        EXPECT_EQ(std::isnan(r->samples[i].sample.eye(Eye::left).pupil_mm), i > 1) << "validity " << i;
+        EXPECT_TRUE(r->samples[i].sample.eye(Eye::right).valid);
+    }
+    text.replace(text.rfind("\t4\t"), 3, "\t5\t");
+    EXPECT_FALSE(load_text(text)) << "5 is no validity";
+}
+
 TEST(TobiiProLab, ReadsGlassesAndScreenExports) {
     const auto glasses = load_text(
         "Recording timestamp\tSensor\tEvent\tGaze direction left X\tGaze direction left Y\tGaze direction left Z\t"
