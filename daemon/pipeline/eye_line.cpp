@@ -4,6 +4,7 @@
 #include <numbers>
 #include <utility>
 
+#include "daemon/pipeline/head_motion.hpp"
 #include "daemon/pipeline/main_sequence.hpp"
 
 namespace fovea::pipeline {
@@ -12,6 +13,7 @@ namespace {
 constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 // After a gap this long nothing that was known of the motion still holds: at 40 ms an eye may have made a saccade.
 constexpr std::int64_t kForget_ns = 40'000'000;
+constexpr double kHeadTurns_rad_s = 0.09;  // 5 deg/s: slower than that a head sways all the time
 constexpr double kLongAgo_ms = 300;      // the networks do not look further back
 constexpr float kWidest_rad = 1.5f;      // a radius that covers any display
 constexpr double kNoiseSpan_s = 6e-3;    // over which the noise speed is measured (classifier.cpp)
@@ -60,7 +62,7 @@ void EyeLine::settle() noexcept {
     if (std::exchange(unjudged_, false)) judge_.observe(raw_.time_ns(0), raw_.direction(0));
 }
 
-Verdict EyeLine::update(Instant exposed, const EyeState& eye) noexcept {
+Verdict EyeLine::update(Instant exposed, const EyeState& eye, Vec3<HeadFrame> head_rad_s) noexcept {
     settle();
     const Validator::Checked checked = validator_.update(to_ns(exposed), eye);
     if (checked.verdict == Verdict::duplicate || checked.verdict == Verdict::out_of_order) return checked.verdict;
@@ -68,7 +70,7 @@ Verdict EyeLine::update(Instant exposed, const EyeState& eye) noexcept {
     const GateState gate = gate_.update(to_ns(exposed), checked.verdict == Verdict::good, eye);
     switch (gate) {
         case GateState::open:
-            use(exposed, checked.gaze_dir_head);
+            use(exposed, checked.gaze_dir_head, head_rad_s);
             break;
         case GateState::drop_out:
             loss_.invalid();
@@ -88,7 +90,7 @@ Verdict EyeLine::update(Instant exposed, const EyeState& eye) noexcept {
     return checked.verdict;
 }
 
-void EyeLine::use(Instant exposed, Direction<HeadFrame> gaze_dir_head) noexcept {
+void EyeLine::use(Instant exposed, Direction<HeadFrame> gaze_dir_head, Vec3<HeadFrame> head_rad_s) noexcept {
     const std::int64_t t = to_ns(exposed);
     if (raw_.size() > 0 && t - raw_.time_ns(0) > kForget_ns) forget_motion();
     raw_.push(t, gaze_dir_head);
@@ -97,7 +99,7 @@ void EyeLine::use(Instant exposed, Direction<HeadFrame> gaze_dir_head) noexcept 
     const Direction<HeadFrame> smooth = filter_.update(t, gaze_dir_head, now);
     const Direction<HeadFrame> filtered = lid ? now.start_dir_head : smooth;
     shown_.push(t, filtered);
-    predict(t, filtered, now);
+    predict(t, filtered, now, head_rad_s);
 
     motion_.reference = exposed;
     motion_.gaze_dir_head = filtered;
@@ -109,12 +111,14 @@ void EyeLine::use(Instant exposed, Direction<HeadFrame> gaze_dir_head) noexcept 
     loss_.fill(motion_);
 }
 
-void EyeLine::predict(std::int64_t t, Direction<HeadFrame> filtered, const Classified& now) noexcept {
+void EyeLine::predict(std::int64_t t, Direction<HeadFrame> filtered, const Classified& now, Vec3<HeadFrame> head_rad_s) noexcept {
     const MotionFeatures features = motion_features(raw_, now.fast_rad_s);
     const NetInput net = net_input(features, now.noise_deg_s,
                                    now.any_saccade ? static_cast<double>(t - now.onset_ns) * 1e-6 : kLongAgo_ms);
-    const Phase phase = phase_of(now, features, t);
-    predictor_.update({raw_, now, features, net, phase, filtered}, ahead_.displacement);
+    Phase phase = phase_of(now, features, t);
+    const bool still = phase == Phase::quiet || phase == Phase::stirring || phase == Phase::pursuit;
+    if (still && predictor_.adaptive() && length(head_rad_s) > kHeadTurns_rad_s) phase = Phase::turning;
+    predictor_.update({raw_, now, features, net, phase, filtered, against_head(head_rad_s, raw_.direction(0))}, ahead_.displacement);
     const bool lid = now.lid && now.event == GazeEvent::saccade;
     if (lid) ahead_.displacement.fill({});
     const NetRadii radii = net_radii(net);

@@ -22,7 +22,8 @@ public:
     [[nodiscard]] static Result<EyeLine> create(const PipelineSettings& settings);
 
     // What became of the sample; `good` means that the motion below now includes it.
-    Verdict update(Instant exposed, const EyeState& eye) noexcept;
+    // `head_rad_s`: the head's angular velocity; zero when it rests or is not known.
+    Verdict update(Instant exposed, const EyeState& eye, Vec3<HeadFrame> head_rad_s = {}) noexcept;
     void settle() noexcept;   // pipeline.hpp
     void reset() noexcept;
 
@@ -33,8 +34,8 @@ public:
 private:
     EyeLine(const PipelineSettings& settings, Filter filter, Predictor predictor) noexcept;
     void forget_motion() noexcept;
-    void use(Instant exposed, Direction<HeadFrame> gaze_dir_head) noexcept;
-    void predict(std::int64_t t_ns, Direction<HeadFrame> filtered, const Classified& now) noexcept;
+    void use(Instant exposed, Direction<HeadFrame> gaze_dir_head, Vec3<HeadFrame> head_rad_s) noexcept;
+    void predict(std::int64_t t_ns, Direction<HeadFrame> filtered, const Classified& now, Vec3<HeadFrame> head_rad_s) noexcept;
     void go_blind(GazeEvent event) noexcept;
     void fill_saccade(const Classified& now, Direction<HeadFrame> gaze) noexcept;
 

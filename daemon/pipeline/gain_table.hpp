@@ -14,6 +14,7 @@ inline constexpr float kGainTable_s[kPhases][kAhead] = {
     {0, .001f, 0, .001f, .001f, .001f, .001f, .001f, 0, 0, .001f},                         // pursuit
     {.005f, .008f, .008f, .008f, .008f, .008f, .008f, .008f, .009f, .008f, .009f},         // rising
     {.002f, 0, 0, 0, 0, 0, 0, 0, 0, -.001f, 0},                                            // falling
-    {.001f, 0, 0, 0, 0, 0, 0, 0, 0, 0, -.001f}};                                           // landed
+    {.001f, 0, 0, 0, 0, 0, 0, 0, 0, 0, -.001f},                                            // landed
+    {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0}};                                                    // turning: `auto` only
 
 }  // namespace fovea::pipeline

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "daemon/pipeline/eye_line.hpp"
+#include "daemon/pipeline/head_motion.hpp"
 #include "daemon/pipeline/settings_table.hpp"
 
 namespace fovea::pipeline {
@@ -13,6 +14,8 @@ struct Pipeline::State {
     PipelineCounters counters;
     std::array<Calibration, kEyeCount> calibrations;  // identity until set
     bool calibrated = false;
+    HeadMotion head;
+    bool use_head = true;
 };
 
 Pipeline::Pipeline(std::unique_ptr<State> state) noexcept : state_{std::move(state)} {}
@@ -23,6 +26,7 @@ Pipeline::~Pipeline() = default;
 Result<Pipeline> Pipeline::create(const PipelineSettings& settings) {
     if (auto ok = check_settings(settings); !ok) return std::unexpected(ok.error());
     auto state = std::make_unique<State>();
+    state->use_head = settings.predictor.head_pose;
     for (std::size_t i = 0; i < (settings.per_eye ? kEyeCount : 1); ++i) {
         auto line = EyeLine::create(settings);
         if (!line) return std::unexpected(line.error());
@@ -53,8 +57,10 @@ const MotionModel& Pipeline::update(const GazeSample& as_measured) noexcept {
         for (std::size_t i = 0; i < kEyeCount; ++i) calibrate(sample.eyes[i], s.calibrations[i]);
     PipelineCounters& n = s.counters;
     ++n.samples;
+    if (s.use_head) s.head.update(to_ns(sample.exposed), sample.head);
+    const Vec3<HeadFrame> head_rad_s = s.head.angular_velocity(to_ns(sample.exposed));
     EyeLine& both = *s.lines[0];
-    const Verdict verdict = both.update(sample.exposed, combined_eye(sample));
+    const Verdict verdict = both.update(sample.exposed, combined_eye(sample), head_rad_s);
     switch (verdict) {
         case Verdict::good: break;
         case Verdict::invalid: ++n.invalid; break;
@@ -67,7 +73,7 @@ const MotionModel& Pipeline::update(const GazeSample& as_measured) noexcept {
     s.model.eyes[0] = both.motion();
     for (std::size_t i = 1; i < kEyeCount; ++i) {
         if (!s.lines[i]) continue;
-        s.lines[i]->update(sample.exposed, sample.eyes[i]);
+        s.lines[i]->update(sample.exposed, sample.eyes[i], head_rad_s);
         s.model.eyes[i] = s.lines[i]->motion();
         if (s.model.eyes[i].ever_valid) s.model.eyes_present |= static_cast<std::uint8_t>(1u << i);
     }
@@ -88,6 +94,7 @@ void Pipeline::settle() noexcept {
 void Pipeline::reset() noexcept {
     for (auto& line : state_->lines)
         if (line) line->reset();
+    state_->head.reset();
     state_->model = {};
 }
 

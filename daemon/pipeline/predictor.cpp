@@ -100,6 +100,10 @@ void Predictor::update(const PredictorInput& in, std::array<Tangent, kAhead>& ou
             advance(out, ballistic(in.features, in.now, raw.time_ns(0)).advance_deg, in.features.along);
             break;
         case Kind::automatic:
+            if (in.phase == Phase::turning) {
+                for (std::size_t h = 0; h < kAhead; ++h) out[h] = horizon_s(h) * in.against_head_rad_s;
+                break;
+            }
             if (!in.features.usable) return;
             advance(out, net_advance(in.net, in.features.speed_deg_s), in.features.along);
             break;

@@ -7,7 +7,8 @@
 //   imm              three Kalman filters mixed by likelihood
 //   gain_table       the present velocity times a measured number of seconds, per phase and horizon
 //   ballistic        main sequence while a saccade runs, else hold
-//   auto             learned advance (motion_net.hpp), believed as far as it proves right (self_judge.hpp); the default
+//   auto             learned advance (motion_net.hpp), believed as far as it proves right (self_judge.hpp), and
+//                    while the head turns its turn backwards; the default
 //
 // Output: radians in the tangent plane of the filtered gaze, at most kLargestPrediction_rad long.
 // Threads: one at a time; update() is noexcept and allocates nothing.
@@ -33,6 +34,7 @@ struct PredictorInput {
     const NetInput& net;
     Phase phase;
     Direction<HeadFrame> filtered;
+    Tangent against_head_rad_s = {};  // head_motion.hpp; in the raw gaze's tangent plane
 };
 
 [[nodiscard]] Phase phase_of(const Classified& now, const MotionFeatures& features, std::int64_t t_ns) noexcept;

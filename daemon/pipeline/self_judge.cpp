@@ -8,7 +8,7 @@ namespace {
 
 // Prior belief per phase, and how many judgements it is worth. In a quiet fixation hold is right until proven wrong;
 // in a saccade the network is.
-constexpr std::array<double, kPhases> kPrior = {0, 0.5, 0.75, 1, 1, 0};
+constexpr std::array<double, kPhases> kPrior = {0, 0.5, 0.75, 1, 1, 0, 0.75};
 constexpr double kPriorWeight = 100;   // 0.4 s of fixation, about ten saccades
 constexpr double kPriorStrength = 0.3; // relative error that the prior charges a belief which is off by 1
 constexpr double kPriorRaw = 0.5;       // how far off the filtered gaze counts as a start

@@ -21,8 +21,9 @@
 namespace fovea::pipeline {
 
 // What a prediction is good for depends on where in a movement it is made.
-enum class Phase : std::uint8_t { quiet, stirring, pursuit, rising, falling, landed };
-inline constexpr std::size_t kPhases = 6;
+// turning: no saccade, but the head turns, and its pose says how.
+enum class Phase : std::uint8_t { quiet, stirring, pursuit, rising, falling, landed, turning };
+inline constexpr std::size_t kPhases = 7;
 
 inline constexpr std::size_t kAhead = kHorizons_ns.size() - 1;  // the horizons after the present
 

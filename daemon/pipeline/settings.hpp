@@ -50,6 +50,7 @@ struct ClassifierSettings {
 struct PredictorSettings {
     std::string name = "auto";             // one of predictor_names()
     double damping = 0.25;                 // [0, 1]: share of the velocity that is extrapolated
+    bool head_pose = true;                 // auto: while the head turns, the eyes turn against it
     double time_constant_ms = 60;          // (0, 1000]: after which the extrapolated velocity has died away
 };
 

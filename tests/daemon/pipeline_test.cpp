@@ -204,6 +204,9 @@ TEST(PipelineProperty, AnySequenceGivesFiniteOutputAndMonotonicInstants) {
                         e.openness = *value;
                         e.confidence = *rc::gen::element(1.0, 0.9, kUnknown);
                     }
+                    s.head.valid = *rc::gen::inRange(0, 3) > 0;
+                    if (*rc::gen::inRange(0, 4) == 0) s.head.world_from_head = {*value, *value, *value, *value};
+                    else s.head.world_from_head = {std::cos(0.1 * i), 0, std::sin(0.1 * i), 0};
                     const MotionModel& m = p.update(s);
                     for (const EyeMotion& e : m.eyes) RC_ASSERT(finite(e));
                     if (!m.eyes[0].ever_valid) continue;
