@@ -14,6 +14,8 @@
 
 #include "tools/commands.hpp"
 #include "tools/layer_auto.hpp"
+#include "tools/layer_trace.hpp"
+#include "tools/output_file.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -24,6 +26,8 @@ struct LayerOptions {
     std::string library, vendor, reading = "area";
     bool stats = false, report = false;
     AutoOptions automatic;
+    std::string trace_page;  // empty: no trace
+    int trace_frames = 3;
     std::vector<std::string> program;
 };
 
@@ -95,6 +99,10 @@ int run(const LayerOptions& options) {
         setenv("__EGL_VENDOR_LIBRARY_FILENAMES", vendor_json.c_str(), 1);
         if (!options.vendor.empty()) setenv("FOVEA_LAYER_VENDOR", options.vendor.c_str(), 1);
         setenv("FOVEA_LAYER_READING", options.reading.c_str(), 1);
+        if (!options.trace_page.empty()) {
+            setenv("FOVEA_LAYER_TRACE", folder.path.c_str(), 1);
+            setenv("FOVEA_LAYER_TRACE_FRAMES", std::to_string(options.trace_frames).c_str(), 1);
+        }
         if (options.automatic.on) setenv("FOVEA_LAYER_AUTO", automatic.c_str(), 1);
         if (options.stats || options.report) setenv("FOVEA_LAYER_STATS", stats_json.c_str(), 1);
         execvp(arguments[0], arguments.data());
@@ -113,6 +121,13 @@ int run(const LayerOptions& options) {
         if (counters.empty())
             fmt::print(stderr, "fovea layer: no counters: the program made no EGL display, or ended without exit()\n");
     }
+    if (!options.trace_page.empty()) {
+        std::string started;
+        for (const std::string& word : options.program) started += (started.empty() ? "" : " ") + word;
+        const auto page = layer_trace_page(folder.path.string(), started);
+        if (!page) return fail_with(page.error().message(), kFailed);
+        if (const auto written = write_file(options.trace_page, *page); !written) return fail_with(written.error().message(), kFailed);
+    }
     return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
@@ -122,32 +137,52 @@ void add_layer(CLI::App& app, int* exit_code) {
     CLI::App* layer = app.add_subcommand("layer", "Foveation extensions for programs on any GLES driver");
     layer->require_subcommand(1);
     static LayerOptions options;
-    CLI::App* command = layer->add_subcommand("run", "Start a program with GL_QCOM_framebuffer_foveated, _texture_foveated and _frame_extrapolation on any driver");
+    const auto common = [](CLI::App* command) {
+        command->add_option("--library", options.library, "The layer (default: libfovea_layer.so beside this program)");
+        command->add_option("--vendor", options.vendor, "The EGL vendor library of the driver (default: libEGL_mesa.so.0)");
+        command->add_option("--reading", options.reading, "What half the density means: half the pixels (area), or half along each axis (linear)")
+            ->check(CLI::IsMember({"area", "linear"}))->capture_default_str();
+        command->add_flag("--stats", options.stats, "Print the layer's counters on stderr when the program has ended");
+    };
+    const auto auto_options = [](CLI::App* command) {
+        command->add_flag("--auto", options.automatic.on, "Foveate a program that does not use the extensions: its window follows fovead's gaze");
+        command->add_option("--gain", options.automatic.gain, "Auto: how fast density falls with distance, 1/NDC, one for both axes or x,y (default 4; 0: full density)")
+            ->needs("--auto");
+        command->add_option("--area", options.automatic.area, "Auto: enlarges the region of full density (radius sqrt(1 + area) / gain; default 0)")
+            ->check(CLI::Range(0.0, 1e6))->needs("--auto");
+        command->add_option("--focus", options.automatic.focus, "Auto: a fixed focal point x,y in NDC instead of fovead's")
+            ->needs("--auto");
+        command->add_option("--fov", options.automatic.fov_deg, "Auto: horizontal angle that the window fills, degrees (default 40)")
+            ->check(CLI::Range(1.0, 179.0))->needs("--auto");
+        command->add_flag("--always", options.automatic.always, "Auto: foveate also where a trial finds that it takes longer")->needs("--auto");
+        command->add_option("--rules", options.automatic.rules, "Auto: folder of rules per program (configs/layer/README.md)")->needs("--auto");
+        command->add_flag("--report", options.report, "Auto: say on stderr, per GL program, what was drawn at full density and why")->needs("--auto");
+    };
+    const auto take_program = [exit_code](CLI::App* command) {
+        command->add_option("program", options.program, "The program and its arguments, after --")->required();
+        command->prefix_command();
+        command->callback([exit_code, command] {
+            if (options.program.empty()) options.program = command->remaining();
+            *exit_code = options.program.empty() ? kUsage : run(options);
+        });
+    };
+    CLI::App* command = layer->add_subcommand("run", "Start a program with the QCOM foveation extensions and multiview on any driver, or foveate it (--auto)");
+    common(command);
     command->footer("Example: fovea layer run --stats -- ./my_program --its-own-option\n"
                     "The exit code is the program's; 128 + n when signal n ended it, 127 when it was not found.");
-    command->add_option("--library", options.library, "The layer (default: libfovea_layer.so beside this program)");
-    command->add_option("--vendor", options.vendor, "The EGL vendor library of the driver (default: libEGL_mesa.so.0)");
-    command->add_option("--reading", options.reading, "What half the density means: half the pixels (area), or half along each axis (linear)")
-        ->check(CLI::IsMember({"area", "linear"}))->capture_default_str();
-    command->add_flag("--stats", options.stats, "Print the layer's counters on stderr when the program has ended");
-    command->add_flag("--auto", options.automatic.on, "Foveate a program that does not use the extensions: its window follows fovead's gaze");
-    command->add_option("--gain", options.automatic.gain, "Auto: how fast density falls with distance, 1/NDC, one for both axes or x,y (default 4; 0: full density)")
-        ->needs("--auto");
-    command->add_option("--area", options.automatic.area, "Auto: enlarges the region of full density (radius sqrt(1 + area) / gain; default 0)")
-        ->check(CLI::Range(0.0, 1e6))->needs("--auto");
-    command->add_option("--focus", options.automatic.focus, "Auto: a fixed focal point x,y in NDC instead of fovead's")
-        ->needs("--auto");
-    command->add_option("--fov", options.automatic.fov_deg, "Auto: horizontal angle that the window fills, degrees (default 40)")
-        ->check(CLI::Range(1.0, 179.0))->needs("--auto");
-    command->add_flag("--always", options.automatic.always, "Auto: foveate also where a trial finds that it takes longer")->needs("--auto");
-    command->add_option("--rules", options.automatic.rules, "Auto: folder of rules per program (configs/layer/README.md)")->needs("--auto");
-    command->add_flag("--report", options.report, "Auto: say on stderr, per GL program, what was drawn at full density and why")->needs("--auto");
-    command->add_option("program", options.program, "The program and its arguments, after --")->required();
-    command->prefix_command();
-    command->callback([exit_code, command] {
-        if (options.program.empty()) options.program = command->remaining();
-        *exit_code = options.program.empty() ? kUsage : run(options);
-    });
+    auto_options(command);
+    take_program(command);
+
+    CLI::App* trace = layer->add_subcommand("trace", "Start a program as `run` does, and write its foveation calls, plans and pictures as one HTML page");
+    trace->footer("Example: fovea layer trace --auto --focus 0,0 -o frame.html -- ./my_program\n"
+                  "The page is written when the program has ended, also by a signal. In auto mode no trial is made: --always is implied.");
+    common(trace);
+    auto_options(trace);
+    trace->add_option("-o,--output", options.trace_page, "The page")->required();
+    trace->add_option("--frames", options.trace_frames, "How many frames, from the first that is submitted through the layer")
+        ->check(CLI::Range(1, 64))->capture_default_str();
+    take_program(trace);
+    trace->preparse_callback([](std::size_t) { options.automatic.always = true; });
 }
 
 }  // namespace fovea::tools

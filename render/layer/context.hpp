@@ -73,6 +73,7 @@ struct Pass {
     bool masks_drawn = false;
     bool only_cleared = false;     // mode native, and nothing but clears so far: auto mode can still go to levels
     ClearValues cleared_to;
+    int traced_as = 0;             // the submission whose "after" picture the next resolve takes
     bool depth_in_levels = false;  // mode native, but depth of the frame is still in the levels only
     Call submitted_by = Call::none;
     std::uint64_t frame = 0;  // Context::frame_ of the last submission
@@ -239,6 +240,10 @@ private:
     [[nodiscard]] bool choose_levels(Pass& pass, Call call);
     [[nodiscard]] bool start_levels(Pass& pass, const Latched& latched);
     [[nodiscard]] bool continues(const Pass& pass) const;
+    // Traces for bug reports (trace.cpp).
+    int trace_submission(const Pass& pass, GLuint view, Call call, bool levels);
+    void trace_before(int submission);
+    [[nodiscard]] GLenum first_color() const;
     void submit_view(GLuint view, Call call);
     void attach_view(GLint view);
     void run_native();

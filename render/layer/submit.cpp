@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "render/layer/context.hpp"
+#include "render/layer/trace.hpp"
 
 namespace fovea::layer {
 namespace {
@@ -67,7 +68,13 @@ void Context::submit_view(GLuint view, Call call) {
     }
     pass.frame = frame_;
     const std::uint64_t full = static_cast<std::uint64_t>(shape_.width) * static_cast<std::uint64_t>(shape_.height);
-    if (choose_levels(pass, call)) {
+    native_reason_ = FullRate::none;
+    const bool levels = choose_levels(pass, call);
+    if (Trace::submissions()) {
+        pass.traced_as = trace_submission(pass, view, call, levels);
+        if (levels) trace_before(pass.traced_as);
+    }
+    if (levels) {
         run_levels(pass);
         pass.mode = Pass::Mode::levels;
         pass.resolved = false;
@@ -319,6 +326,12 @@ void Context::resolve(Pass& pass) {
     save_for_own_drawing(own);
     set_for_own_drawing();
     pass.targets->resolve_colors(own_, *pass.plan);
+    if (pass.traced_as != 0)
+        if (Trace* trace = Trace::submissions()) {
+            const TargetShape& shape = pass.targets->shape();
+            trace->picture(pass.traced_as, "after", shape.width, shape.height, pass.targets->read_color());
+            pass.traced_as = 0;
+        }
     own.restore();
     pass.resolved = true;
     drop_errors();
@@ -370,6 +383,7 @@ void Context::frame_ended(Call call) {
     }
     frame_planned_ = frame_full_ = 0;
     stats.write_once_a_second();
+    if (Trace* trace = Trace::submissions()) trace->frame_ended();
     count(stats.frames);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "render/layer/stats.hpp"
+#include "render/layer/trace.hpp"
 #include "render/layer/undo.hpp"
 
 namespace fovea::layer {
@@ -397,6 +398,13 @@ void Targets::resolve_colors(OwnDrawing& own, const density::Plan& plan) {
     if (shape_.in_place) return;
     gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, one_color_);
     gl.FramebufferRenderbuffer(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, 0);
+}
+
+std::vector<std::uint8_t> Targets::read_color() {
+    if (shape_.samples > 0) return {};
+    gl.BindFramebuffer(GL_READ_FRAMEBUFFER, shape_.in_place ? 0 : levels_[0].framebuffer);
+    if (shape_.in_place) return read_colors(GL_BACK, shape_.width, shape_.height);
+    return level0_.empty() ? std::vector<std::uint8_t>{} : read_colors(level0_[0].point, shape_.width, shape_.height);
 }
 
 bool Targets::resolve_depth(OwnDrawing& own, const density::Plan& plan, GLuint program_framebuffer) {

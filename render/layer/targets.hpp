@@ -91,6 +91,8 @@ public:
     void load_colors(const density::Plan& plan);
     // Lower levels into the program's images.
     void resolve_colors(OwnDrawing& own, const density::Plan& plan);
+    // The first colour image as it is now, 8 bits per channel; for traces. Empty: not readable. State: the caller's to restore.
+    [[nodiscard]] std::vector<std::uint8_t> read_color();
     // Depth of all levels into the framebuffer object of the program. False: multisampled, nothing done.
     bool resolve_depth(OwnDrawing& own, const density::Plan& plan, GLuint program_framebuffer);
 

@@ -108,3 +108,32 @@ TEST(LayerPrograms, ADriverThatCannotBeLoadedIsNamed) {
     EXPECT_NE(file_text(errors).find("no EGL vendor library"), std::string::npos) << file_text(errors);
     std::remove(errors.c_str());
 }
+
+TEST(LayerPrograms, ATraceIsOnePageWithCallsPlansAndPictures) {
+    const std::string page = temporary("trace.html");
+    const std::string trace = kBin + "/fovea layer trace --library " FOVEA_LAYER_LIBRARY " -o " + page + " ";
+    const Ran ran = shell(trace + "--frames 2 -- " + kBin + "/layer_framebuffer_examples");
+    EXPECT_EQ(ran.exit_code, 0);
+    EXPECT_EQ(ran.out, shell(kLayer + "-- " + kBin + "/layer_framebuffer_examples").out);  // traced frames are the same frames
+    const std::string html = file_text(page);
+    const auto count = [&html](const std::string& what) {
+        std::size_t n = 0;
+        for (std::size_t at = html.find(what); at != std::string::npos; at = html.find(what, at + 1)) ++n;
+        return n;
+    };
+    EXPECT_EQ(count("glFramebufferFoveationConfigQCOM"), 3u);
+    EXPECT_GE(count("<h3>Submission"), 5u);
+    EXPECT_GE(count("alt='before'"), 5u);
+    EXPECT_EQ(count("alt='before'"), count("alt='after'"));
+    EXPECT_EQ(count("<svg"), count("alt='after'"));
+    EXPECT_EQ(count("http"), 0u);  // needs no other file
+    std::remove(page.c_str());
+}
+
+TEST(LayerPrograms, AProgramThatNeverFoveatesLeavesNoPageAndIsToldWhy) {
+    const std::string page = temporary("none.html"), errors = temporary("none");
+    EXPECT_EQ(shell(kBin + "/fovea layer trace --library " FOVEA_LAYER_LIBRARY " -o " + page + " -- true", errors).exit_code, 1);
+    EXPECT_NE(file_text(errors).find("--auto"), std::string::npos);
+    EXPECT_TRUE(file_text(page).empty());
+    std::remove(errors.c_str());
+}
