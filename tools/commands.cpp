@@ -12,6 +12,7 @@ void add_layer(CLI::App& app, int* exit_code);
 void add_predict(CLI::App& app, int* exit_code);
 void add_record(CLI::App& app, int* exit_code);
 void add_replay(CLI::App& app, int* exit_code);
+void add_scene(CLI::App& app, int* exit_code);
 void add_status(CLI::App& app, int* exit_code);
 void add_synth(CLI::App& app, int* exit_code);
 void add_top(CLI::App& app, int* exit_code);
@@ -29,6 +30,7 @@ const CommandRow kCommands[] = {
     {"predict", add_predict},
     {"record", add_record},
     {"replay", add_replay},
+    {"scene", add_scene},
     {"status", add_status},
     {"synth", add_synth},
     {"top", add_top},

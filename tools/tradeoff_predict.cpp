@@ -76,11 +76,29 @@ TradeoffTable class_table(const TradeoffRequest& request, const std::vector<Meth
     return t;
 }
 
-// One way to size a sharp region: the radius for an outcome at setting x of its own parameter.
+// One way to size a sharp region: the radius for an outcome at setting x of its own parameter, and the x at which the
+// outcome just lies inside.
+struct Rule {
+    const char* name;
+    double (*radius_deg)(const Outcome& o, double x);
+    double (*needs)(const Outcome& o);
+};
+double error_of(const Outcome& o) { return static_cast<double>(o.error_deg); }
+double r95_of(const Outcome& o) { return static_cast<double>(o.r95_deg); }
+constexpr double kFloor_deg = 4;   // what render/density keeps sharp around a certain gaze
+constexpr Rule kFixed{"fixed radius", [](const Outcome&, double x) { return x; }, error_of};
+constexpr Rule kBySize[] = {
+    {"uncertainty-sized", sized, [](const Outcome& o) { return error_of(o) / sized(o, 1); }},
+    {"x + r95", [](const Outcome& o, double x) { return std::max(0.0, x + r95_of(o)); }, [](const Outcome& o) { return error_of(o) - r95_of(o); }},
+    {"max(4, x + r95)", [](const Outcome& o, double x) { return std::max(kFloor_deg, x + r95_of(o)); },
+     [](const Outcome& o) { return error_of(o) <= kFloor_deg ? -100 : error_of(o) - r95_of(o); }},
+    {"max(4, x r95^0.4)", [](const Outcome& o, double x) { return std::max(kFloor_deg, sized(o, x)); },
+     [](const Outcome& o) { return error_of(o) <= kFloor_deg ? 0 : error_of(o) / sized(o, 1); }},
+};
 struct Sizing {
     std::string name;
     std::size_t method;
-    bool by_uncertainty;
+    const Rule* rule;
 };
 
 struct AreaPoint {
@@ -112,9 +130,10 @@ TradeoffResult judge_foveas(const TradeoffRequest& request) {
     const auto methods = predictor_methods();
     const auto judgements = judge_all(request, methods);
     std::vector<Sizing> sizings;
-    for (std::size_t m = 0; m < methods.size(); ++m) sizings.push_back({"fixed radius + " + methods[m].name, m, false});
+    for (std::size_t m = 0; m < methods.size(); ++m) sizings.push_back({"fixed radius + " + methods[m].name, m, &kFixed});
     for (std::size_t m = 0; m < methods.size(); ++m)
-        if (methods[m].name == "auto") sizings.push_back({"uncertainty-sized + auto", m, true});
+        if (methods[m].name == "auto")
+            for (const Rule& r : kBySize) sizings.push_back({std::string(r.name) + " + auto", m, &r});
     constexpr double kMisses[] = {0.01, 0.02, 0.05, 0.10};
     constexpr double kLargest_deg = 60;  // covers any display
 
@@ -126,11 +145,12 @@ TradeoffResult judge_foveas(const TradeoffRequest& request) {
         t.error_name = "area at 5 % misses, square degrees";
         for (const double miss : kMisses) t.columns.push_back(fmt::format("area_at_{:g}%", miss * 100));
         for (const double miss : kMisses) t.columns.push_back(fmt::format("vs_hold_{:g}%", miss * 100));
+        for (const double miss : kMisses) t.columns.push_back(fmt::format("x_at_{:g}%", miss * 100));
         TradeoffPlot plot{fmt::format("{:g} ms", ms), "mean area of the sharp region, square degrees", "share of frames that miss", true, true, {}};
         std::vector<double> hold;
         for (const Sizing& z : sizings) {
             // Per group a curve over the sizing's parameter; then the mean over groups at equal misses.
-            std::vector<double> area(std::size(kMisses), 0);
+            std::vector<double> area(std::size(kMisses), 0), setting(std::size(kMisses), 0);
             TradeoffCurve curve{z.name, {}};
             double groups = 0;
             for (const auto& g : judgements[z.method].groups()) {
@@ -140,30 +160,33 @@ TradeoffResult judge_foveas(const TradeoffRequest& request) {
                 // The parameter at which exactly `miss` of the outcomes lie outside: a quantile of what each would need.
                 std::vector<double> need;
                 for (const auto& o : outcomes)
-                    need.push_back(z.by_uncertainty ? static_cast<double>(o.error_deg) / sized(o, 1) : static_cast<double>(o.error_deg));
+                    need.push_back(z.rule->needs(o));
                 std::sort(need.begin(), need.end());
                 for (std::size_t k = 0; k < std::size(kMisses); ++k) {
                     const auto n = static_cast<double>(need.size());
                     const double x = need[std::min(need.size() - 1, static_cast<std::size_t>((1 - kMisses[k]) * n))];
                     double sum = 0;
                     for (const auto& o : outcomes) {
-                        const double r = std::min(z.by_uncertainty ? sized(o, x) : x, kLargest_deg);
+                        const double r = std::min(z.rule->radius_deg(o, x), kLargest_deg);
                         sum += std::numbers::pi * r * r;
                     }
                     area[k] += sum / n;
+                    setting[k] += x;
                 }
             }
             if (groups < 1) continue;
             for (double& a : area) a /= groups;
+            for (double& x : setting) x /= groups;
             for (std::size_t k = 0; k < std::size(kMisses); ++k) curve.points.push_back({area[k], kMisses[k]});
             if (hold.empty()) hold = area;  // the first sizing is fixed radius + hold
             TradeoffRow row{z.name, judgements[z.method].nanoseconds_per_sample(), area[2], area, false, toml_of(methods[z.method])};
             for (std::size_t k = 0; k < area.size(); ++k) row.values.push_back(area[k] / hold[k] - 1);
+            row.values.insert(row.values.end(), setting.begin(), setting.end());
             t.rows.push_back(std::move(row));
             plot.curves.push_back(std::move(curve));
         }
         if (t.rows.empty()) continue;
-        t.note = "vs_hold: share of the area that is saved (negative) against fixed radius + hold. Device groups weigh the same.";
+        t.note = "vs_hold: share of the area that is saved (negative) against fixed radius + hold. x_at: the sizing's parameter, mean over the groups. Device groups weigh the same.";
         mark_frontier(t);
         result.tables.push_back(std::move(t));
         result.plots.push_back(std::move(plot));

@@ -1,0 +1,119 @@
+#include "render/effects/measure.hpp"
+
+#include <algorithm>
+#include <ctime>
+#include <vector>
+
+namespace fovea::effects {
+namespace {
+
+constexpr float kGain = 4;              // the viewer's
+constexpr int kTiny_px = 16;            // next to nothing is shaded
+constexpr double kLens_ndc = 1.0;       // for the cost of a hidden area where no lens is known
+
+double now_ms(bool processor) noexcept {
+    timespec t{};
+    clock_gettime(processor ? CLOCK_PROCESS_CPUTIME_ID : CLOCK_MONOTONIC, &t);
+    return static_cast<double>(t.tv_sec) * 1e3 + static_cast<double>(t.tv_nsec) * 1e-6;
+}
+
+double median(std::vector<double> v) {
+    const auto middle = v.begin() + static_cast<std::ptrdiff_t>(v.size() / 2);
+    std::nth_element(v.begin(), middle, v.end());
+    return *middle;
+}
+
+// One way to draw a frame, with targets of its own size.
+class Way {
+public:
+    static Result<Way> create(const std::string& method, const foveation::MethodSettings& settings, int width_px, int height_px) {
+        Way w;
+        auto m = foveation::create_method(method, settings);
+        if (!m) return std::unexpected(m.error());
+        w.method_ = *std::move(m);
+        for (std::size_t i = 0; i < 2; ++i) {
+            auto t = gl::RenderTarget::create({.width_px = width_px, .height_px = height_px});
+            if (!t) return std::unexpected(t.error());
+            w.owned_[i] = *std::move(t);
+            w.targets_[i] = {w.owned_[i].framebuffer(), 0, 0, width_px, height_px};
+        }
+        if (auto ok = w.method_->prepare(w.targets_); !ok) return std::unexpected(ok.error());
+        return w;
+    }
+    void draw(const gl::CommandList& list, bool processor) {
+        std::array<foveation::ViewFocus, 2> focus;
+        for (auto& f : focus) {
+            f.points[0] = {0.05f, -0.1f, kGain, kGain, 0};
+            f.count = 1;
+        }
+        const double start = now_ms(processor);
+        method_->submit(list, targets_, focus);
+        gl::finish();
+        times_ms_.push_back(now_ms(processor) - start);
+    }
+    void forget() { times_ms_.clear(); }
+    [[nodiscard]] double cost_ms() const { return median(times_ms_); }
+
+private:
+    std::unique_ptr<foveation::Method> method_;
+    std::array<gl::RenderTarget, 2> owned_;
+    std::array<foveation::ViewTarget, 2> targets_{};
+    std::vector<double> times_ms_;
+};
+
+void draw_in_turn(std::span<Way> ways, const gl::CommandList& list, const MeasureSettings& s) {
+    for (Way& w : ways) w.draw(list, s.software);   // compiles shaders
+    for (Way& w : ways) w.forget();
+    for (int i = 0; i < s.rounds; ++i)
+        for (Way& w : ways) w.draw(list, s.software);
+}
+
+}  // namespace
+
+Result<void> measure_frames(const scene::Scene& scene, const Situation& s, const MeasureSettings& settings, Needs& needs) {
+    gl::CommandList list;
+    scene.record(settings.time_s, scene::stereo_views(), list);
+    std::vector<Way> ways;
+    struct Wanted {
+        const char* method;
+        int width, height;
+    };
+    for (const Wanted& w : {Wanted{"full", kTiny_px, kTiny_px}, Wanted{"full", s.width_px, s.height_px},
+                            Wanted{s.method == "auto" || s.method == "full" ? "scaled_bins" : s.method.c_str(), s.width_px, s.height_px}}) {
+        auto way = Way::create(w.method, {}, w.width, w.height);
+        if (!way) return std::unexpected(way.error());
+        ways.push_back(*std::move(way));
+    }
+    draw_in_turn(ways, list, settings);
+    needs.vertex_ms = ways[0].cost_ms();
+    needs.full_ms = ways[1].cost_ms();
+    needs.foveated_ms = ways[2].cost_ms();
+    return {};
+}
+
+Result<std::optional<Cost>> measure_effect(Effect e, const scene::Scene& scene, const Plan& planned, const Situation& s, const MeasureSettings& settings) {
+    if (e == Effect::extrapolation || e == Effect::motion_vectors || e == Effect::foveation) return std::optional<Cost>{};
+    std::vector<Way> ways;
+    Situation situation = s;
+    situation.method = planned.method();
+    for (const bool on : {false, true}) {
+        Needs needs = planned.needs();
+        if (e == Effect::hidden_area && needs.lens_radius <= 0) needs.lens_radius = kLens_ndc;
+        Declared forced;
+        for (std::size_t i = 0; i < kEffects; ++i) forced.effects[i] = planned.on(static_cast<Effect>(i));
+        forced.effects[static_cast<std::size_t>(e)] = on;
+        const Plan with = plan(needs, situation, forced);
+        if (with.on(e) != on) return std::optional<Cost>{};   // the method has none
+        foveation::MethodSettings m;
+        with.apply(m);
+        auto way = Way::create(with.method(), m, s.width_px, s.height_px);
+        if (!way) return std::unexpected(way.error());
+        ways.push_back(*std::move(way));
+    }
+    gl::CommandList list;
+    scene.record(settings.time_s, scene::stereo_views(), list);
+    draw_in_turn(ways, list, settings);
+    return Cost{ways[0].cost_ms(), ways[1].cost_ms()};
+}
+
+}  // namespace fovea::effects
