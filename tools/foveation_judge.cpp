@@ -206,7 +206,7 @@ private:
         };
         density::FoveaSizeSettings s;
         s.gain = gain;
-        s.base_radius_rad = s.min_radius_rad = options_->fovea_deg * 0.017453292519943295;
+        s.min_radius_rad = options_->fovea_deg * 0.017453292519943295;
         return density::sized_focal_point(s, gaze.x, gaze.y, 0, per_rad(view.tan_left, view.tan_right, gaze.x), per_rad(view.tan_down, view.tan_up, gaze.y));
     }
 

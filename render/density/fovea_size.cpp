@@ -4,11 +4,15 @@
 #include <cmath>
 
 namespace fovea::density {
+namespace {
+
+constexpr double kDegreesPerRadian = 57.29577951308232;
+
+}  // namespace
 
 double fovea_radius_rad(const FoveaSizeSettings& s, double radius95_rad) noexcept {
     if (!(radius95_rad >= 0)) return s.max_radius_rad;  // unknown: as large as allowed
-    return std::clamp(s.base_radius_rad + s.uncertainty_gain * radius95_rad, s.min_radius_rad,
-                      std::max(s.min_radius_rad, s.max_radius_rad));
+    return std::clamp(s.reach_rad * std::pow(radius95_rad * kDegreesPerRadian, s.power), s.min_radius_rad, std::max(s.min_radius_rad, s.max_radius_rad));
 }
 
 FocalPoint sized_focal_point(const FoveaSizeSettings& s, double x, double y, double radius95_rad, double scale_x,

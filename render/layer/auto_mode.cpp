@@ -150,8 +150,8 @@ Latched FocusSource::latch(int width, int height) {
     // The uncertainty of the gaze widens the region of full density that the settings ask for.
     const float gain = std::max(s.point.gain_x, s.point.gain_y);
     const double base_ndc = std::sqrt(1.0 + static_cast<double>(s.point.fovea_area)) / static_cast<double>(gain);
-    const density::FoveaSizeSettings size{.base_radius_rad = base_ndc / std::max(1e-6, static_cast<double>(r.focal.ndc_per_rad_x)),
-                                          .min_radius_rad = 0, .gain = static_cast<double>(gain)};
+    const density::FoveaSizeSettings size{.min_radius_rad = base_ndc / std::max(1e-6, static_cast<double>(r.focal.ndc_per_rad_x)),
+                                          .gain = static_cast<double>(gain)};
     const FocalPoint sized = density::sized_focal_point(size, static_cast<double>(r.focal.x_ndc), static_cast<double>(r.focal.y_ndc),
                                                         static_cast<double>(r.focal.radius95_rad),
                                                         static_cast<double>(r.focal.ndc_per_rad_x), static_cast<double>(r.focal.ndc_per_rad_y));

@@ -97,7 +97,7 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
     }
     o.latch_early = latch == "early";
     constexpr double kRadPerDeg = 3.14159265358979323846 / 180;
-    o.fovea.base_radius_rad = o.fovea.min_radius_rad = radius_deg * kRadPerDeg;
+    o.fovea.min_radius_rad = radius_deg * kRadPerDeg;
     o.fovea.max_radius_rad = std::max(radius_deg, max_deg) * kRadPerDeg;
     if (::isatty(STDERR_FILENO) != 0 && !o.json) o.progress = true;
     if (o.quiet) o.progress = false;

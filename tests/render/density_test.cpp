@@ -119,17 +119,21 @@ RC_GTEST_PROP(Density, TileBoundIsNeverBelowAnyPointOfTheTile, ()) {
 }
 
 TEST(FoveaSize, FullDensityRegionHasTheWantedRadius) {
-    const FoveaSizeSettings s{.base_radius_rad = 0.1, .uncertainty_gain = 1, .min_radius_rad = 0.05, .max_radius_rad = 0.5, .gain = 4};
+    const FoveaSizeSettings s{.min_radius_rad = 0.05, .reach_rad = 0.1, .power = 0.4, .max_radius_rad = 0.5, .gain = 4};
     const FocalPoint p = sized_focal_point(s, 0.1, 0.2, 0.05, 1.2, 0.9);
-    EXPECT_NEAR(full_radius_ndc(p, 0), 0.15 * 1.2, 1e-6);
-    EXPECT_NEAR(full_radius_ndc(p, 1), 0.15 * 0.9, 1e-6);
-    EXPECT_EQ(pixel_density({&p, 1}, 0.1 + 0.15 * 1.2 * 0.999, 0.2), 1);
-    EXPECT_LT(pixel_density({&p, 1}, 0.1 + 0.15 * 1.2 * 1.01, 0.2), 1);
+    const double radius = 0.1 * std::pow(0.05 * 57.29577951308232, 0.4);
+    EXPECT_NEAR(full_radius_ndc(p, 0), radius * 1.2, 1e-6);
+    EXPECT_NEAR(full_radius_ndc(p, 1), radius * 0.9, 1e-6);
+    EXPECT_EQ(pixel_density({&p, 1}, 0.1 + radius * 1.2 * 0.999, 0.2), 1);
+    EXPECT_LT(pixel_density({&p, 1}, 0.1 + radius * 1.2 * 1.01, 0.2), 1);
 }
 
 TEST(FoveaSize, GrowsWithUncertaintyWithinItsBounds) {
     const FoveaSizeSettings s;
-    EXPECT_NEAR(fovea_radius_rad(s, 0), s.base_radius_rad, 1e-12);
+    constexpr double kDegree = 0.017453292519943295;
+    EXPECT_EQ(fovea_radius_rad(s, 0), s.min_radius_rad);
+    EXPECT_NEAR(fovea_radius_rad(s, kDegree), s.reach_rad, 1e-12);
+    EXPECT_NEAR(fovea_radius_rad(s, 4 * kDegree) / fovea_radius_rad(s, 2 * kDegree), std::pow(2, 0.4), 1e-12) << "not in proportion";
     EXPECT_GT(fovea_radius_rad(s, 0.05), fovea_radius_rad(s, 0.02));
     EXPECT_EQ(fovea_radius_rad(s, 100), s.max_radius_rad);
     EXPECT_EQ(fovea_radius_rad(s, std::nan("")), s.max_radius_rad);
