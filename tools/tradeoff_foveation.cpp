@@ -31,13 +31,6 @@ int report(const Error& error, int code) {
     return code;
 }
 
-// On a software rasteriser the processor does the GPU's work, and its time is the steadier measure.
-bool by_processor(const std::string& renderer) {
-    for (const char* software : {"llvmpipe", "softpipe", "SwiftShader"})
-        if (renderer.find(software) != std::string::npos) return true;
-    return false;
-}
-
 struct Judged {
     std::string scene;
     std::vector<FoveationScore> scores;   // of the settings
@@ -143,7 +136,7 @@ int run(Options& o) {
     auto context = gl::Context::create();
     if (!context) return report(context.error(), kFailed);
     const std::string renderer = context->info().renderer;
-    const bool processor = by_processor(renderer);
+    const bool processor = context->info().software;   // it does the GPU's work, and its time is the steadier measure
     std::vector<quality::Setting> settings = foveation_settings();
     if (!o.methods.empty())
         std::erase_if(settings, [&](const quality::Setting& s) { return s.method != "full" && std::ranges::find(o.methods, s.method) == o.methods.end(); });

@@ -236,12 +236,12 @@ Ladder built_in_ladder() {
     Setting full;
     full.label = "full";
     all.push_back(full);
-    bins(1.5, 0.85, 0.4);
-    bins(2, 0.65, 0.8);
-    bins(3, 0.45, 1.3);
-    bins(4, 0.37, 1.6);
-    bins(6, 0.26, 2.0);
-    bins(10, 0.18, 2.4);
+    bins(1.5, 0.643, 6.67);
+    bins(2, 0.564, 9.06);
+    bins(3, 0.399, 12.6);
+    bins(4, 0.368, 14.9);
+    bins(6, 0.283, 17.4);
+    bins(10, 0.240, 19.2);
     return *make_ladder(std::move(all), "scaled_bins, gain 4");
 }
 
