@@ -10,7 +10,7 @@
 #include <numbers>
 #include <string_view>
 
-#include "fovea/fovea.h"
+#include <fovea/fovea.h>
 #include "render/density/fovea_size.hpp"
 #include "render/layer/glsl_tokens.hpp"
 

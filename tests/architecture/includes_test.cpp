@@ -34,7 +34,7 @@ const std::map<std::string, std::vector<std::string>> kArrows = {
     {"render/scene", {"protocol", "render/density", "render/gl"}},
     {"render/effects", {"protocol", "render/density", "render/gl", "render/foveation", "render/scene"}},
     {"render/present", {"protocol", "render/gl"}},
-    {"render/layer", {"protocol", "render/density", "render/gl", "render/foveation", "render/extrapolation"}},
+    {"render/layer", {"protocol", "protocol/include", "render/density", "render/gl", "render/foveation", "render/extrapolation"}},
     // Wiring.
     {"render/viewer", {"protocol", "protocol/include", "render/density", "render/gl", "render/foveation",
                        "render/quality", "render/extrapolation", "render/scene", "render/effects", "render/present"}},
