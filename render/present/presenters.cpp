@@ -2,6 +2,7 @@
 #include <array>
 #include <string>
 
+#include "render/present/kms.hpp"
 #include "render/present/presenter.hpp"
 #include "render/present/surfaceless.hpp"
 #include "render/present/wayland.hpp"
@@ -13,6 +14,7 @@ namespace {
 constexpr std::array kPresenters{
     PresenterEntry{"wayland", "a window of a Wayland compositor, photon times by presentation feedback", &wayland_offered, &create_wayland},
     PresenterEntry{"x11", "a window of an X server, photon times estimated from its vblank clock", &x11_offered, &create_x11},
+    PresenterEntry{"kms", "a whole screen from a text console, photon times measured by page flips (never chosen by auto)", &kms_offered, &create_kms},
     PresenterEntry{"surfaceless", "no window: the display is simulated and marked so", [] { return true; }, &create_surfaceless},
 };
 

@@ -409,7 +409,8 @@ case_latency() {
     end $headset
 }
 
-for one in hid usb sample camera daemon life auto latency; do
+[ -z "${LAB_VKMS-}" ] || . tests/device_lab/display.sh
+for one in hid usb sample camera daemon life auto latency display; do
     if wanted $one && declare -F case_$one >/dev/null; then case_$one; fi
 done
 step "done"
