@@ -34,6 +34,7 @@ struct FrameTiming {
     Instant predicted_photon;            // what the latch was asked for
     bool exposed_estimated = false;
     bool photon_simulated = true;        // no display told us; a simulated scan-out clock did
+    bool photon_estimated = false;       // there is a display, but it did not tell; neither flag: it did (measured)
     FrameKind kind = FrameKind::rendered;
     std::uint64_t pixels_shaded = 0;     // by the method's own account (docs of the method say how it counts)
     std::uint64_t pixels_full = 0;       // the same frame without foveation

@@ -46,7 +46,7 @@ FrameWords to_words(const FrameTiming& t) noexcept {
         std::uint64_t flags = static_cast<std::uint64_t>(view.eye);
         if (v == 0)
             flags |= static_cast<std::uint64_t>(t.view_count & 0xff) << 8 | std::uint64_t{t.exposed_estimated} << 16 |
-                     std::uint64_t{t.photon_simulated} << 17 | std::uint64_t{t.kind == FrameKind::extrapolated} << 18;
+                     std::uint64_t{t.photon_simulated} << 17 | std::uint64_t{t.kind == FrameKind::extrapolated} << 18 | std::uint64_t{t.photon_estimated} << 19;
         put(flags);
         const auto& q = view.head_from_view;
         for (const double d : {view.fov.tan_left, view.fov.tan_right, view.fov.tan_up, view.fov.tan_down, q.w, q.x, q.y,
@@ -73,6 +73,7 @@ FrameTiming frame_from_words(const FrameWords& words) noexcept {
             t.view_count = static_cast<std::uint32_t>(flags >> 8 & 0xff);
             t.exposed_estimated = (flags >> 16 & 1) != 0;
             t.photon_simulated = (flags >> 17 & 1) != 0;
+            t.photon_estimated = (flags >> 19 & 1) != 0;
             t.kind = (flags >> 18 & 1) != 0 ? FrameKind::extrapolated : FrameKind::rendered;
         }
         auto& q = view.head_from_view;

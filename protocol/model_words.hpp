@@ -14,7 +14,7 @@
 //             7-10 latched, submitted, gpu_done, photon | 11 predicted photon | 12 pixels shaded | 13 pixels full
 //             14 + 13v: view v: flags | fov left, right, up, down | head_from_view w, x, y, z | center x, y | half w, h
 //             view flags: bits 0-7 eye; of view 0 also bits 8-15 view_count, 16 exposed_estimated, 17 photon_simulated,
-//             18 extrapolated
+//             18 extrapolated, 19 photon_estimated
 //
 // Any words decode into some value; whether it makes sense is the caller's to check. Two daemons of one version write
 // the same words for the same values.

@@ -159,6 +159,7 @@ LatencyReport analyse_latency(std::span<const FrameTiming> frames, std::span<con
         report.pixels_shaded += f.pixels_shaded;
         report.pixels_full += f.pixels_full;
         report.photon_simulated |= f.photon_simulated;
+        report.photon_estimated |= f.photon_estimated;
         if (i > 0) intervals.push_back(ms(f.photon - frames[i - 1].photon));
         if (f.model_sequence == 0) {
             ++report.frames_without_model;

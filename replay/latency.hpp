@@ -84,6 +84,7 @@ struct LatencyReport {
     std::size_t frames = 0;
     std::size_t frames_without_model = 0;  // before the first motion model: not in the stages
     bool exposed_estimated = false;        // at least one frame's exposure time was an estimate
+    bool photon_estimated = false;         // at least one frame's photon time is a guess at what a display did
     bool photon_simulated = false;         // at least one frame's photon time came from a simulated scan-out
     std::array<Percentiles, kStageCount> stage_ms;
     Percentiles abs_prediction_ms;         // |asked - came|

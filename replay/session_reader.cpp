@@ -215,7 +215,9 @@ Result<void> SessionReader::frames(const std::function<bool(const SessionFrame&)
                                &t.gpu_done, &t.photon, &t.predicted_photon})
                 *i = q.take_instant();
             t.exposed_estimated = q.take_flag();
-            t.photon_simulated = q.take_flag();
+            const std::int64_t photon = q.take_integer();   // kPhotonMeasured and so on
+            t.photon_estimated = photon == kPhotonEstimated;
+            t.photon_simulated = photon != kPhotonMeasured && !t.photon_estimated;
             t.pixels_shaded = static_cast<std::uint64_t>(q.take_integer());
             t.pixels_full = static_cast<std::uint64_t>(q.take_integer());
             const std::int64_t views = q.take_integer();

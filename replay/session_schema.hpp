@@ -95,6 +95,9 @@ CREATE TABLE counters (
   value INTEGER NOT NULL);
 )sql";
 
+// frames.photon_simulated. A Fovea that knows no 2 takes it for simulated: not for measured.
+inline constexpr std::uint32_t kPhotonMeasured = 0, kPhotonSimulated = 1, kPhotonEstimated = 2;
+
 // One eye in the BLOB `eyes`: 360 bytes, little-endian, no padding. An absent eye takes no room.
 inline constexpr std::size_t kEyeBlobBytes = 360;
 

@@ -99,7 +99,7 @@ bool insert(Inserts& in, const SessionFrame& f, std::uint64_t n) {
     for (const Instant i : {t.exposed, t.received, t.filtered, t.published, t.latched, t.submitted, t.gpu_done,
                             t.photon, t.predicted_photon})
         q.put(i);
-    q.put(t.exposed_estimated), q.put(t.photon_simulated);
+    q.put(t.exposed_estimated), q.put(t.photon_simulated ? kPhotonSimulated : t.photon_estimated ? kPhotonEstimated : kPhotonMeasured);
     q.put(t.pixels_shaded), q.put(t.pixels_full), q.put(views), q.put(t.kind == FrameKind::extrapolated);
     bool ok = q.run();
     for (std::uint32_t i = 0; ok && i < views; ++i) {

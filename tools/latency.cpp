@@ -102,6 +102,7 @@ void print_text(const Loaded& l, const LatencyReport& r) {
         if (i + 1 == kStageCount) fmt::print("{:-<64}\n", "");
         fmt::print("{:<24}{:>10.3f}{:>10.3f}{:>10.3f}{:>10.3f}\n", to_string(static_cast<Stage>(i)), p.p50, p.p95, p.p99, p.max);
     }
+    if (r.photon_estimated) fmt::print("(photon times: estimated, the display did not tell them)\n");
     if (r.photon_simulated) fmt::print("(photon times: simulated scan-out, no display took part)\n");
     if (r.exposed_estimated) fmt::print("(exposure times: estimated, the tracker gave none)\n");
     fmt::print("\nfoveal misses           {} of {} judged frames ({:.2f} %)\n", r.missed, r.judged, percent(r.missed, r.judged));
@@ -145,6 +146,7 @@ void print_json(const Loaded& l, const LatencyReport& r) {
                               {"pixels_shaded", r.pixels_shaded},
                               {"pixels_full", r.pixels_full},
                               {"photon_simulated", r.photon_simulated},
+                              {"photon_estimated", r.photon_estimated},
                               {"exposed_estimated", r.exposed_estimated},
                               {"stages_ms", stages},
                               {"abs_photon_prediction_ms", to_json(r.abs_prediction_ms)},

@@ -207,6 +207,8 @@ std::string latency_html(const replay::LatencyReport& r, const ReportPage& page)
     s += "</div>";
     if (r.photon_simulated)
         s += "<p class='note'>Photon times come from a <b>simulated</b> scan-out clock: no display took part.</p>";
+    if (r.photon_estimated)
+        s += "<p class='note'>Photon times are <b>estimated</b>: the display did not tell them.</p>";
     if (r.exposed_estimated)
         s += "<p class='note'>Exposure times are <b>estimated</b>: the tracker did not give its own.</p>";
 

@@ -172,6 +172,7 @@ fovea_result fovea_submit_frame(fovea_client* client, const fovea_frame* frame) 
     t.photon = instant_from_ns(frame->photon_ns);
     t.exposed_estimated = (frame->latch.flags & FOVEA_LATCH_EXPOSED_ESTIMATED) != 0;
     t.photon_simulated = (frame->flags & FOVEA_FRAME_PHOTON_SIMULATED) != 0;
+    t.photon_estimated = (frame->flags & FOVEA_FRAME_PHOTON_ESTIMATED) != 0;
     t.kind = (frame->flags & FOVEA_FRAME_EXTRAPOLATED) != 0 ? fovea::FrameKind::extrapolated : fovea::FrameKind::rendered;
     t.pixels_shaded = frame->pixels_shaded;
     t.pixels_full = frame->pixels_full;

@@ -44,7 +44,9 @@ void Gaze::report(const Frame& frame, const present::Feedback& feedback) noexcep
     if (frame.latched().source != GazeSource::daemon) return;   // a hand's latency is not an eye's
     fovea_frame f{};
     FOVEA_INIT(&f);
-    f.flags = feedback.source == present::PhotonSource::simulated ? FOVEA_FRAME_PHOTON_SIMULATED : 0;
+    f.flags = feedback.source == present::PhotonSource::simulated   ? FOVEA_FRAME_PHOTON_SIMULATED
+              : feedback.source == present::PhotonSource::estimated ? FOVEA_FRAME_PHOTON_ESTIMATED
+                                                                    : 0;
     if (frame.extrapolated) f.flags |= FOVEA_FRAME_EXTRAPOLATED;
     f.frame = frame.number;
     f.submitted_ns = to_ns(frame.submitted);

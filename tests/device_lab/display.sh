@@ -5,7 +5,7 @@
 photons() {
     python3 - "$1" <<'PY'
 import sqlite3, sys
-rows = sqlite3.connect(sys.argv[1]).execute("SELECT photon_ns, gpu_done_ns, photon_simulated + photon_estimated FROM frames ORDER BY n").fetchall()
+rows = sqlite3.connect(sys.argv[1]).execute("SELECT photon_ns, gpu_done_ns, photon_simulated != 0 FROM frames ORDER BY n").fetchall()
 steps = [b[0] - a[0] for a, b in zip(rows, rows[1:])]
 period = 1e9 / 60.004
 off = max((abs(s - round(s / period) * period) / max(round(s / period), 1) for s in steps), default=-1)

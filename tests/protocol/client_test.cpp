@@ -409,17 +409,19 @@ TEST(Frames, ReachTheDaemonAsTheyWereSubmitted) {
     EXPECT_EQ(to_ns(got->predicted_photon), f.latch.photon_ns);
     EXPECT_EQ(to_ns(got->photon), f.photon_ns);
     EXPECT_TRUE(got->photon_simulated);
+    EXPECT_FALSE(got->photon_estimated);
     EXPECT_EQ(got->pixels_shaded, 40u);
     EXPECT_EQ(got->views[0].eye, Eye::right);
     EXPECT_EQ(got->views[0].center_ndc, (NdcPoint{0.25, -0.5}));
     EXPECT_EQ(c.status().frames_submitted, 1u);
-    f.flags = FOVEA_FRAME_EXTRAPOLATED;
+    f.flags = FOVEA_FRAME_EXTRAPOLATED | FOVEA_FRAME_PHOTON_ESTIMATED;
     f.frame = 2;
     ASSERT_EQ(fovea_submit_frame(c.client, &f), FOVEA_OK) << fovea_last_error(c.client);
     const auto extrapolated = daemon.frames.next(MonotonicClock::now());
     ASSERT_TRUE(extrapolated);
     EXPECT_EQ(extrapolated->kind, FrameKind::extrapolated);
     EXPECT_FALSE(extrapolated->photon_simulated);
+    EXPECT_TRUE(extrapolated->photon_estimated);
 }
 
 TEST(Frames, ThatCannotBeAreRefusedAndThoseWithoutADaemonCounted) {

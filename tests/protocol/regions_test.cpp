@@ -405,7 +405,7 @@ TEST(FramesRegion, CarriesAReportUnchanged) {
     FrameReporter r = FrameReporter::map(c.fd()).value();
     EXPECT_FALSE(c.next(kNow));
     FrameTiming sent = good_frame(77);
-    sent.exposed_estimated = true, sent.photon_simulated = false;
+    sent.exposed_estimated = true, sent.photon_simulated = false, sent.photon_estimated = true;
     sent.kind = FrameKind::extrapolated;
     sent.views[1].head_from_view = {0.5, -0.5, 0.5, 0.5};
     sent.views[1].center_ndc = {-0.25, 1};
@@ -419,6 +419,7 @@ TEST(FramesRegion, CarriesAReportUnchanged) {
     EXPECT_EQ(got->predicted_photon, sent.predicted_photon);
     EXPECT_TRUE(got->exposed_estimated);
     EXPECT_FALSE(got->photon_simulated);
+    EXPECT_TRUE(got->photon_estimated);
     EXPECT_EQ(got->kind, FrameKind::extrapolated);
     EXPECT_EQ(got->views[1].head_from_view, sent.views[1].head_from_view);
     EXPECT_EQ(got->views[1].center_ndc, sent.views[1].center_ndc);

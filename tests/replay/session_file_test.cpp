@@ -60,6 +60,7 @@ SessionFrame odd_frame(std::uint64_t n, std::uint32_t views) {
                        &t.photon, &t.predicted_photon})
         *i = instant_from_ns(ns += 1'000'003);
     t.photon_simulated = n % 2 == 0;
+    t.photon_estimated = n % 3 == 0 && !t.photon_simulated;
     t.exposed_estimated = n % 3 == 0;
     t.kind = n % 5 == 0 ? FrameKind::extrapolated : FrameKind::rendered;
     t.pixels_shaded = 1'000 + n;
@@ -127,6 +128,7 @@ void expect_same(const SessionFrame& a, const SessionFrame& b) {
     EXPECT_EQ(x.predicted_photon, y.predicted_photon);
     EXPECT_EQ(x.exposed_estimated, y.exposed_estimated);
     EXPECT_EQ(x.photon_simulated, y.photon_simulated);
+    EXPECT_EQ(x.photon_estimated, y.photon_estimated);
     EXPECT_EQ(x.kind, y.kind);
     EXPECT_EQ(x.pixels_shaded, y.pixels_shaded);
     EXPECT_EQ(x.pixels_full, y.pixels_full);

@@ -120,7 +120,8 @@ typedef struct fovea_view_fovea {
 /* fovea_frame.flags */
 enum {
     FOVEA_FRAME_PHOTON_SIMULATED = 1, /* photon_ns comes from a simulated scan-out clock, not from a display */
-    FOVEA_FRAME_EXTRAPOLATED = 2      /* made from earlier frames: `latch` is that of the frame it continues */
+    FOVEA_FRAME_EXTRAPOLATED = 2,     /* made from earlier frames: `latch` is that of the frame it continues */
+    FOVEA_FRAME_PHOTON_ESTIMATED = 4  /* photon_ns is a guess at what a display did: it did not tell */
 };
 
 /* One frame's report. */
