@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -161,6 +162,19 @@ TEST_F(Viewer, LeavesBothPicturesAndASummary) {
     EXPECT_NE(r.out.find("\"frames\": 3"), std::string::npos) << r.out;
     EXPECT_NE(r.out.find("\"simulated\": true"), std::string::npos);
     EXPECT_TRUE(r.err.empty()) << r.err;
+}
+
+TEST_F(Viewer, MeasuresTheLateLatchAndTheSecondBestInTheSameFrames) {
+    for (const std::string used : {"late", "early"}) {
+        const Outcome r = run(std::string(kQuick) + "--json --latch " + used);
+        ASSERT_EQ(r.exit_code, 0) << r.err;
+        const auto latch = nlohmann::json::parse(r.out)["latch"];
+        EXPECT_EQ(latch["used"], used);
+        // Before recording is earlier than after it: in every frame, so in the medians.
+        for (const char* until : {"to_submit_ms", "to_gpu_done_ms", "to_photon_ms"}) EXPECT_GT(latch["early"][until], latch["late"][until]) << until;
+        EXPECT_GT(latch["late"]["to_submit_ms"], 0);
+        EXPECT_EQ(nlohmann::json::parse(r.out)["latch_to_gpu_done_ms"], latch[used]["to_gpu_done_ms"]);
+    }
 }
 
 TEST_F(Viewer, SaysWhenPicturesCannotBeWritten) {
