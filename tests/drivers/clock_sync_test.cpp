@@ -70,6 +70,9 @@ TEST(ClockSync, StartsAnewAfterAJumpAndNeverRunsBackwards) {
             EXPECT_GE(m.exposed, before) << t;
             EXPECT_LE(to_ns(m.exposed), arrival) << t;
             before = m.exposed;
+            if (t == 15'020 * kMs) {
+                EXPECT_EQ(sync.jumps(), 1u) << jump << ": the third stranger in a row proves the jump";
+            }
             if (t > 22'000 * kMs) {
                 EXPECT_NEAR(static_cast<double>(to_ns(m.exposed) - t) * 1e-6, 0, 0.5) << t;
             }
