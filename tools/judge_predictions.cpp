@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "protocol/motion_model.hpp"
+#include "render/density/fovea_size.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -16,9 +17,13 @@ constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 }  // namespace
 
 double sized(const Outcome& o, double x) noexcept {
-    // Not in proportion to the radius: area grows with its square, misses do not. The power was the best of those tried
-    // at 20, 50 and 70 ms (docs/pipeline.md). Below 0.1 degrees nothing is saved any more.
-    return x * std::pow(std::max(static_cast<double>(o.r95_deg), 0.1), 0.4);
+    // The renderer's own rule, without its floor and ceiling, so that what is measured here is what is drawn. Below 0.1
+    // degrees nothing is saved any more.
+    density::FoveaSizeSettings s;
+    s.min_radius_rad = 0;
+    s.max_radius_rad = HUGE_VAL;
+    s.reach_rad = x;  // in degrees here, and so is the answer
+    return density::fovea_radius_rad(s, std::max(static_cast<double>(o.r95_deg), 0.1) / kDegreesPerRadian);
 }
 
 Result<std::vector<LoadedRecording>> load_recordings(const std::vector<std::string>& paths,
