@@ -3,7 +3,9 @@
 // Baselines: the last frame repeated; the last frame turned with the head (what a runtime's reprojection does, exact
 // camera rotation given); OpenCV's DIS and Farneback optical flow, whose motion goes through our `balanced` projection
 // and gather, so that only the motion differs.
-// Threads: one at a time.
+// Backends: the GL call on each backend that works here, textures in the driver before and after, until the GPU is done;
+// of a software rasteriser that is this process's time as well.
+// Threads: one at a time, that of the first call: a GL context is current on it.
 #pragma once
 
 #include <functional>
@@ -24,7 +26,10 @@ struct ExtrapolationInput {
 struct ExtrapolationMethod {
     std::string name;
     bool baseline;
-    std::function<void(const ExtrapolationInput&, std::vector<std::uint8_t>& rgba)> run;
+    std::function<void(const ExtrapolationInput&, std::vector<std::uint8_t>& rgba)> run;   // timed
+    // Where the pictures have to be somewhere else first and come back after; neither is timed. Empty: nothing to do.
+    std::function<void(const ExtrapolationInput&)> before;
+    std::function<void(std::vector<std::uint8_t>& rgba)> after;
 };
 
 [[nodiscard]] std::vector<ExtrapolationMethod> extrapolation_methods();

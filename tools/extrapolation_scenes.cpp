@@ -258,7 +258,7 @@ CameraTurn ExtrapolationScene::turn(double from, double to) const {
     return result;
 }
 
-SceneFrame ExtrapolationScene::render(double time, int size_px, bool with_motion) const {
+SceneFrame ExtrapolationScene::render(double time, int size_px, bool with_motion, double ahead) const {
     const Content& c = *content_;
     SceneFrame frame;
     frame.size_px = size_px;
@@ -266,14 +266,15 @@ SceneFrame ExtrapolationScene::render(double time, int size_px, bool with_motion
     frame.rgba.resize(4 * pixels);
     if (with_motion) {
         frame.motion_px.resize(2 * pixels);
+        frame.ahead_px.resize(2 * pixels);
         frame.depth.resize(pixels);
     }
     const bool other_place = c.cut && time < 0.5;
     const double focal = size_px / 2.0;   // 90 degrees
     Turn turn = c.turn_at(time);
     if (other_place) turn.yaw += 2.5;
-    const auto rows = turn.rows(), before = c.turn_at(time - 1).rows();
-    const V3 eye = c.camera_at(time), eye_before = c.camera_at(time - 1);
+    const auto rows = turn.rows(), before = c.turn_at(time - 1).rows(), later = c.turn_at(time + ahead).rows();
+    const V3 eye = c.camera_at(time), eye_before = c.camera_at(time - 1), eye_later = c.camera_at(time + ahead);
     const V3 light = unit({0.3, 0.8, 0.5});
     const double brightness = 1 + c.flicker * std::cos(std::numbers::pi * time);
 
@@ -335,15 +336,27 @@ SceneFrame ExtrapolationScene::render(double time, int size_px, bool with_motion
             if (!with_motion) continue;
             const auto [hit, d] = cast(x + 0.5, y + 0.5);
             frame.depth[at] = static_cast<float>(hit.t);
-            V3 point = 1e6 * d;   // the sky, far away
-            if (hit.thing >= 0) {
-                const Thing& thing = c.things[static_cast<std::size_t>(hit.thing)];
-                point = thing.centre + (time - 1) * thing.move + hit.local - eye_before;
+            // Where the same point of the same thing is seen at another time; the sky is far away.
+            const auto moved_to = [&](double at_time, const V3& from, const auto& turned, double& px, double& py) {
+                V3 point = 1e6 * d;
+                if (hit.thing >= 0) {
+                    const Thing& thing = c.things[static_cast<std::size_t>(hit.thing)];
+                    point = thing.centre + at_time * thing.move + hit.local - from;
+                }
+                const V3 seen = apply_inverse(turned, point);
+                if (!(seen.z < -1e-6)) return false;
+                px = size_px / 2.0 - seen.x / seen.z * focal;
+                py = size_px / 2.0 + seen.y / seen.z * focal;
+                return true;
+            };
+            double px = 0, py = 0;
+            if (moved_to(time - 1, eye_before, before, px, py)) {
+                frame.motion_px[2 * at] = static_cast<float>(x + 0.5 - px);
+                frame.motion_px[2 * at + 1] = static_cast<float>(y + 0.5 - py);
             }
-            const V3 seen = apply_inverse(before, point);
-            if (seen.z < -1e-6) {
-                frame.motion_px[2 * at] = static_cast<float>(x + 0.5 - (size_px / 2.0 - seen.x / seen.z * focal));
-                frame.motion_px[2 * at + 1] = static_cast<float>(y + 0.5 - (size_px / 2.0 + seen.y / seen.z * focal));
+            if (moved_to(time + ahead, eye_later, later, px, py)) {
+                frame.ahead_px[2 * at] = static_cast<float>(px - x - 0.5);
+                frame.ahead_px[2 * at + 1] = static_cast<float>(py - y - 0.5);
             }
         }
     return frame;

@@ -25,6 +25,7 @@ struct SceneFrame {
     int size_px = 0;
     std::vector<std::uint8_t> rgba;      // size_px * size_px * 4, top row first
     std::vector<float> motion_px;        // two per pixel: position now - position one frame ago; only if asked for
+    std::vector<float> ahead_px;         // two per pixel: position `ahead` frames later - position now; with motion_px
     std::vector<float> depth;            // one per pixel
 };
 
@@ -38,7 +39,7 @@ class ExtrapolationScene {
 public:
     ExtrapolationScene(const std::string& name, double speed);   // a name of the table
     ~ExtrapolationScene();
-    [[nodiscard]] SceneFrame render(double time, int size_px, bool with_motion) const;
+    [[nodiscard]] SceneFrame render(double time, int size_px, bool with_motion, double ahead = 0.5) const;
     [[nodiscard]] CameraTurn turn(double from, double to) const;
 
 private:

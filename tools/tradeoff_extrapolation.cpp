@@ -223,7 +223,7 @@ int run(const Options& o) {
     for (const Case& c : cases) {
         fmt::print(stderr, "{}{} of {}: {}{}", terminal ? "\r\033[K" : "", ++done, cases.size(), case_name(c), terminal ? "" : "\n");
         const ExtrapolationScene scene(c.scene, c.speed);
-        const SceneFrame src1 = scene.render(0, o.size_px, false), src2 = scene.render(1, o.size_px, true), truth = scene.render(1 + o.factor, o.size_px, false);
+        const SceneFrame src1 = scene.render(0, o.size_px, false), src2 = scene.render(1, o.size_px, true, o.factor), truth = scene.render(1 + o.factor, o.size_px, false);
         const ExtrapolationInput input{&src1, &src2, &scene, static_cast<float>(o.factor)};
         const Window window = worst_window(src2.rgba, truth.rgba, o.size_px);
         const bool with_crops = c.speed == o.speeds.front();
@@ -233,10 +233,12 @@ int run(const Options& o) {
         // Once to warm up; then in turn, so that a slow moment of the machine meets every method.
         for (int repeat = 0; repeat <= o.repeats; ++repeat)
             for (std::size_t m = 0; m < methods.size(); ++m) {
+                if (methods[m].before) methods[m].before(input);
                 const double before = processor_ms();
                 methods[m].run(input, out);
                 if (repeat > 0) times[m].push_back(processor_ms() - before);
                 if (repeat < o.repeats) continue;
+                if (methods[m].after) methods[m].after(out);
                 rows[m].scores.push_back({psnr_db(out, truth.rgba), ssim(out, truth.rgba, o.size_px, o.size_px), median(times[m])});
                 if (with_crops) crops.push_back({case_name(c), methods[m].name, crop_png(out, o.size_px, window), rows[m].scores.back().psnr_db});
             }

@@ -45,7 +45,7 @@ bool usable(const ConstImage& i) noexcept {
 // The k for which the buffer is ceil(picture / k); 0: none.
 int cell_of(const KnownMotion& m, int width_px, int height_px) noexcept {
     for (const int k : {1, 2, 4, 8})
-        if (m.motion_px != nullptr && m.width == (width_px + k - 1) / k && m.height == (height_px + k - 1) / k) return k;
+        if ((m.motion_px != nullptr || m.ahead_px != nullptr) && m.width == (width_px + k - 1) / k && m.height == (height_px + k - 1) / k) return k;
     return 0;
 }
 
@@ -152,7 +152,8 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
     if (known_cell != 0) {
         projection = &s.known_projection;
         cell_px = known_cell;
-        projection->run({hints.motion->motion_px, hints.motion->motion_px + 1, 2, step}, hints.motion->depth, cell_px, reach_px);
+        const float* given = hints.motion->ahead_px != nullptr ? hints.motion->ahead_px : hints.motion->motion_px;
+        projection->run({given, given + 1, 2, hints.motion->ahead_px != nullptr ? 1.0f : step}, hints.motion->depth, cell_px, reach_px);
     } else {
         const float key = luma_key(src2);
         make_luma(near, cell_px, key, s.motion.near_luma(), s.luma_scratch, *s.kernels, s.pool);

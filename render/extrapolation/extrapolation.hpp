@@ -35,9 +35,14 @@ struct Settings {
 
 // What a renderer knows about motion: one entry per texel of a buffer that covers the picture.
 struct KnownMotion {
-    const float* motion_px = nullptr;  // x, y: where what src2 shows there has come from, as src2 position - src1 position
+    const float* motion_px = nullptr;  // x, y: where what src2 shows there has come from, as src2 position - src1 position;
+                                       // may be null if ahead_px is given
     const float* depth = nullptr;      // optional; smaller is nearer, any monotonic scale
     int width = 0, height = 0;         // ceil(picture / k) for one k of 1, 2, 4, 8
+    // Optional, and then used instead of motion_px times the factor: where it will be at the output's time, as output
+    // position - src2 position. A turning camera bends the path of every point; a renderer that knows the pose for the
+    // output's photon knows where each goes.
+    const float* ahead_px = nullptr;
 };
 
 // Where the person looks: full effort inside `full_radius_px`, the least beyond `coarse_radius_px`.

@@ -131,7 +131,8 @@ GLenum GlExtrapolator::State::on_processor(const GLuint (&names)[3], const Textu
         for (int i = 0; i < 2; ++i)
             for (std::size_t k = 0; k < bytes; k += 4) pixels[i][k + 1] = pixels[i][k + 2] = pixels[i][k];
     const ConstImage src1{pixels[0].data(), w, h, row_bytes, held}, src2{pixels[1].data(), w, h, row_bytes, held};
-    if (engine.extrapolate(src1, src2, {pixels[2].data(), w, h, row_bytes, held}, factor, hints) != Outcome::ok) return GL_OUT_OF_MEMORY;
+    const Outcome outcome = engine.extrapolate(src1, src2, {pixels[2].data(), w, h, row_bytes, held}, factor, hints);
+    if (outcome != Outcome::ok) return outcome == Outcome::unusable_motion ? GL_INVALID_VALUE : GL_OUT_OF_MEMORY;
     const GLenum layout = channel_count(format) == 4 ? GL_RGBA : channel_count(format) == 3 ? GL_RGB : GL_RED;
     const std::byte* upload = pixels[2].data();
     const bool packs = format != held;

@@ -36,9 +36,10 @@ public:
     GlExtrapolator& operator=(GlExtrapolator&&) noexcept;
     ~GlExtrapolator();
 
-    // Returns the error that the call generates: GL_NO_ERROR, GL_INVALID_VALUE (factor 0), GL_INVALID_OPERATION (names that
-    // are no 2D textures, formats or sizes that differ, formats outside table 8.28) or GL_OUT_OF_MEMORY. Errors that were
-    // pending in the context before the call must have been taken by the caller; none is pending after it.
+    // Returns the error that the call generates: GL_NO_ERROR, GL_INVALID_VALUE (factor 0, a known motion of the wrong size),
+    // GL_INVALID_OPERATION (names that are no 2D textures, formats or sizes that differ, formats outside table 8.28) or
+    // GL_OUT_OF_MEMORY. Errors that were pending in the context before the call must have been taken by the caller; none is
+    // pending after it.
     // Hints are the caller's extra knowledge, rows counted as the textures' own. Known motion is projected by the processor,
     // whatever the backend; the shaders spend the same effort everywhere, so a gaze changes nothing there.
     [[nodiscard]] GLenum extrapolate(GLuint src1, GLuint src2, GLuint output, float factor, const Hints& hints = {}) noexcept;

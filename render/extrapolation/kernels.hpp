@@ -19,7 +19,7 @@ struct PatchMotion {
     float cost = 0;       // squared differences left, after the mean is taken out
     float shift = 0;      // mean difference
     float xx = 0, xy = 0, yy = 0;   // how much the patch says about its motion: its gradients' products, mean taken out
-    float u_found = 0, v_found = 0;  // before the patches were balanced
+    float claim_u = 0, claim_v = 0;  // while patches are balanced: xx, xy and yy times the motion that the patch itself found
 };
 
 // What to do with a patch.

@@ -174,39 +174,48 @@ static void search(const SearchJob& job, int row0, int row1) {
 
 static void balance(const BalanceJob& job) {
     const SearchJob& s = *job.search;
-    for (int k = 0; k < s.columns * s.rows; ++k) {
-        s.patches[k].u_found = s.patches[k].u;
-        s.patches[k].v_found = s.patches[k].v;
-    }
     constexpr float kApart = 1.0f, kNoise = 2.0f;   // pixels of the level; levels of 255
-    for (int round = 0; round < job.rounds; ++round)
-        for (int k = 0; k < s.columns * s.rows; ++k) {
-            const int at = round % 2 == 0 ? k : s.columns * s.rows - 1 - k;
-            if (s.tasks[at] == kPatchStill) continue;
-            PatchMotion& m = s.patches[at];
-            const int i = at % s.columns, j = at / s.columns;
-            float su = 0, sv = 0, sw = 0;
-            const auto listen = [&](int other) __attribute__((always_inline)) {
-                const PatchMotion& n = s.patches[other];
-                const float du = n.u - m.u, dv = n.v - m.v;
-                const float w = job.stiffness / (1.0f + (du * du + dv * dv) * (1.0f / (kApart * kApart)));
-                su += w * n.u;
-                sv += w * n.v;
-                sw += w;
-            };
-            if (i > 0) listen(at - 1);
-            if (i + 1 < s.columns) listen(at + 1);
-            if (j > 0) listen(at - s.columns);
-            if (j + 1 < s.rows) listen(at + s.columns);
-            // A patch that fits badly knows less than its gradients promise.
-            const float trust = 1.0f / (1.0f + m.cost * (1.0f / (kPatchPx * kPatchPx * kNoise * kNoise)));
-            const float xx = m.xx * trust, xy = m.xy * trust, yy = m.yy * trust;
-            const float a = xx + sw, d = yy + sw, det = a * d - xy * xy;
-            if (!(det > 0)) continue;
-            const float bu = xx * m.u_found + xy * m.v_found + su, bv = xy * m.u_found + yy * m.v_found + sv;
-            m.u = (d * bu - xy * bv) / det;
-            m.v = (a * bv - xy * bu) / det;
-        }
+    for (int k = 0; k < s.columns * s.rows; ++k) {
+        PatchMotion& m = s.patches[k];
+        // A patch that fits badly knows less than its gradients promise.
+        const float trust = 1.0f / (1.0f + m.cost * (1.0f / (kPatchPx * kPatchPx * kNoise * kNoise)));
+        m.xx *= trust;
+        m.xy *= trust;
+        m.yy *= trust;
+        m.claim_u = m.xx * m.u + m.xy * m.v;
+        m.claim_v = m.xy * m.u + m.yy * m.v;
+    }
+    const auto settle = [&](int at, int left, int right, int above, int below) __attribute__((always_inline)) {
+        PatchMotion& m = s.patches[at];
+        const PatchMotion &l = s.patches[left], &r = s.patches[right], &a = s.patches[above], &b = s.patches[below];
+        const V4 nu{l.u, r.u, a.u, b.u}, nv{l.v, r.v, a.v, b.v};
+        const V4 du = nu - m.u, dv = nv - m.v;
+        V4 w = job.stiffness / (1.0f + (du * du + dv * dv) * (1.0f / (kApart * kApart)));
+        const I4 others{left != at, right != at, above != at, below != at};   // at an edge of the grid: no neighbour
+        w = others != 0 ? w : V4{};
+        const V4 wu = w * nu, wv = w * nv;
+        const float su = (wu[0] + wu[1]) + (wu[2] + wu[3]), sv = (wv[0] + wv[1]) + (wv[2] + wv[3]), sw = (w[0] + w[1]) + (w[2] + w[3]);
+        const float p = m.xx + sw, q = m.yy + sw, det = p * q - m.xy * m.xy;
+        if (!(det > 0)) return;
+        const float per = 1.0f / det, bu = m.claim_u + su, bv = m.claim_v + sv;
+        m.u = (q * bu - m.xy * bv) * per;
+        m.v = (p * bv - m.xy * bu) * per;
+    };
+    // Four rows at once, each a step behind the one before: every patch still sees the same neighbours settled as in one
+    // row after the other, but no settling waits for the one just begun.
+    constexpr int kAtOnce = 4;
+    for (int round = 0; round < job.rounds; ++round) {
+        const bool back = round % 2 != 0;   // from the other corner: what one round spreads far, the next spreads back
+        for (int row0 = 0; row0 < s.rows; row0 += kAtOnce)
+            for (int step = 0; step < s.columns + kAtOnce - 1; ++step)
+                for (int k = 0; k < kAtOnce; ++k) {
+                    const int row = row0 + k, column = step - k;
+                    if (row >= s.rows || column < 0 || column >= s.columns) continue;
+                    const int j = back ? s.rows - 1 - row : row, i = back ? s.columns - 1 - column : column, at = j * s.columns + i;
+                    if (s.tasks[at] == kPatchStill) continue;
+                    settle(at, at - (i > 0 ? 1 : 0), at + (i + 1 < s.columns ? 1 : 0), at - (j > 0 ? s.columns : 0), at + (j + 1 < s.rows ? s.columns : 0));
+                }
+    }
 }
 
 static void spread(const SpreadJob& job, int band0, int band1) {

@@ -109,7 +109,12 @@ static void warp_rgba8_linear(const WarpRow& row) {
     }
 }
 
-// Catmull-Rom weights in 1/128, for each 1/256 of a pixel; their sum is 128. Four 16-bit numbers.
+// Keys' cubic. Its slope at 1 is -0.6: measured over the scenes of `fovea tradeoff extrapolation` with their exact motion it
+// keeps 0.1 dB more than Catmull-Rom's -0.5; -0.75 and six taps of Lanczos gain nothing beyond.
+inline constexpr double kSlope = -0.6;
+constexpr double inner_lobe(double x) { return ((kSlope + 2) * x - (kSlope + 3)) * x * x + 1; }
+constexpr double outer_lobe(double x) { return ((x - 5) * x + 8) * x * kSlope - 4 * kSlope; }
+// Its weights in 1/128, for each 1/256 of a pixel; their sum is 128. Four 16-bit numbers.
 struct CubicTable {
     std::int16_t w[256][4];
 };
@@ -117,7 +122,8 @@ constexpr CubicTable make_cubic_table() {
     CubicTable t{};
     for (int i = 0; i < 256; ++i) {
         const double f = i / 256.0;
-        const double w[4] = {((-0.5 * f + 1) * f - 0.5) * f, (1.5 * f - 2.5) * f * f + 1, ((-1.5 * f + 2) * f + 0.5) * f, (0.5 * f - 0.5) * f * f};
+        const double g = 1 - f;
+        const double w[4] = {outer_lobe(1 + f), inner_lobe(f), inner_lobe(g), outer_lobe(1 + g)};
         int sum = 0;
         for (int k = 0; k < 4; ++k) {
             t.w[i][k] = static_cast<std::int16_t>(w[k] * 128 + (w[k] < 0 ? -0.5 : 0.5));

@@ -156,8 +156,9 @@ void MotionSearch::check_backward(int level) noexcept {
     for (int y = 0; y < f.height; ++y)
         for (int x = 0; x < f.width; ++x) {
             const float u = f.u[at(x, y, f.width)], v = f.v[at(x, y, f.width)];
-            const int px = std::clamp(static_cast<int>(std::lround(static_cast<float>(x) + u)), 0, f.width - 1);
-            const int py = std::clamp(static_cast<int>(std::lround(static_cast<float>(y) + v)), 0, f.height - 1);
+            // Clamped first: then plain truncation rounds.
+            const auto px = static_cast<int>(std::clamp(static_cast<float>(x) + u + 0.5f, 0.5f, static_cast<float>(f.width) - 0.5f));
+            const auto py = static_cast<int>(std::clamp(static_cast<float>(y) + v + 0.5f, 0.5f, static_cast<float>(f.height) - 0.5f));
             const float du = u + b.u[at(px, py, f.width)], dv = v + b.v[at(px, py, f.width)];
             const float limit = away + away_per_motion * (std::fabs(u) + std::fabs(v));
             const float trust = du * du + dv * dv < limit * limit ? 1.0f : kDoubt;
@@ -206,7 +207,7 @@ void MotionSearch::validate(const TileMap& tiles) noexcept {
     const Plane &near = near_[l], &far = far_[l];
     Field& f = forward_[0];
     constexpr int kBlock = 8;
-    constexpr float kNoise = 0.5f, kTextured = 4.0f, kMustExplain = 0.97f, kUnexplained = 0.5f;   // variances, levels of 255 squared
+    constexpr float kNoise = 0.5f, kTextured = 4.0f, kMustExplain = 0.97f, kUnexplained = 0.5f, kNoMatch = 1.2f;   // variances, levels of 255 squared
     int textured = 0, unexplained = 0;
     for (int by = 0; by < near.height(); by += kBlock)
         for (int bx = 0; bx < near.width(); bx += kBlock) {
@@ -240,7 +241,8 @@ void MotionSearch::validate(const TileMap& tiles) noexcept {
                 ++textured;
                 unexplained += left > kUnexplained * variance && !tiles.is_still(tile_x, tile_y);
             }
-            if (left > kMustExplain * still + kNoise) {
+            // A match that leaves most of the texture unexplained is none: there is worse than showing what was there.
+            if (left > kMustExplain * still + kNoise || (variance > kTextured && left > kNoMatch * variance)) {
                 const int cx1 = std::min(x1 << shift, f.width), cy1 = std::min(y1 << shift, f.height);
                 for (int y = by << shift; y < cy1; ++y)
                     for (int x = bx << shift; x < cx1; ++x) f.u[at(x, y, f.width)] = f.v[at(x, y, f.width)] = 0;

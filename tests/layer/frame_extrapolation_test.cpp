@@ -65,9 +65,8 @@ TEST_F(FrameExtrapolation, FormatsOutsideTheTableAreInvalidOperations) {
     }
 }
 
-// RGB32F is accepted where the driver can read it back; llvmpipe cannot (docs/conformance.md).
 TEST_F(FrameExtrapolation, FormatsOfTheTableAreAccepted) {
-    for (const GLenum format : {GL_RGBA8, GL_RGB8, GL_R8, GL_RGBA16F, GL_RGB16F, GL_RGBA32F}) {
+    for (const GLenum format : {GL_RGBA8, GL_RGB8, GL_R8, GL_RGBA16F, GL_RGB16F, GL_RGBA32F, GL_RGB32F}) {
         const GLuint a = texture(16, 16, format), b = texture(16, 16, format), out = texture(16, 16, format);
         ext.extrapolate(a, b, out, 0.5f);
         EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR)) << std::hex << format;

@@ -182,6 +182,49 @@ TEST_F(ExtrapolationGl, FactorsWithoutMeaningRepeatAndTinyTexturesWork) {
     }
 }
 
+TEST_F(ExtrapolationGl, WhatAFactorCarriesBeyondReachIsRepeatedWhereItWas) {
+    const Picture a = moved_noise(128, 96, Format::rgba8, 0, 0), b = moved_noise(128, 96, Format::rgba8, 4, 1);
+    const GLuint src1 = texture(a), src2 = texture(b), out = texture(a);
+    for (auto& [k, e] : sides_) {
+        ASSERT_EQ(e.extrapolate(src1, src2, out, 12), static_cast<GLenum>(GL_NO_ERROR));   // 48 pixels; the limit is 32
+        EXPECT_EQ(read(out, b), b) << backend_name(k);
+        ASSERT_EQ(e.extrapolate(src1, src2, out, 3), static_cast<GLenum>(GL_NO_ERROR));
+        EXPECT_NE(read(out, b), b) << backend_name(k);
+    }
+}
+
+TEST_F(ExtrapolationGl, KnownMotionIsProjectedWhateverTheBackend) {
+    // A square of 24 pixels goes 8 pixels to the right before a still background: with its motion and depth known, exactly.
+    const auto square = [](int x0) {
+        Picture p = moved_noise(96, 64, Format::rgba8, 0, 0);
+        for (int y = 20; y < 44; ++y)
+            for (int x = x0; x < x0 + 24; ++x) p.set(x, y, {fovea::test::noise(static_cast<float>(9 * (x - x0)), static_cast<float>(9 * y), 40), 0, 1, 1});
+        return p;
+    };
+    const Picture a = square(20), b = square(28), truth = square(32);
+    std::vector<float> motion(2 * 96 * 64), depth(96 * 64, 5.0f);
+    for (int y = 20; y < 44; ++y)
+        for (int x = 28; x < 52; ++x) {
+            motion[static_cast<std::size_t>(2 * (y * 96 + x))] = 8;
+            depth[static_cast<std::size_t>(y * 96 + x)] = 1;
+        }
+    const KnownMotion known{motion.data(), depth.data(), 96, 64};
+    const GLuint src1 = texture(a), src2 = texture(b), out = texture(a);
+    for (auto& [k, e] : sides_) {
+        ASSERT_EQ(e.extrapolate(src1, src2, out, 0.5f, {.motion = &known}), static_cast<GLenum>(GL_NO_ERROR));
+        const Picture result = read(out, a);
+        for (int y = 0; y < 64; ++y)
+            for (int x = 0; x < 96; ++x) {
+                const bool uncovered = x >= 28 && x < 34;   // behind the square, and a cell's rounding
+                ASSERT_TRUE(uncovered || std::memcmp(result.at(x, y), truth.at(x, y), 4) == 0) << backend_name(k) << " " << x << " " << y;
+            }
+    }
+    const KnownMotion wrong{motion.data(), nullptr, 95, 64};
+    const Picture before = read(out, a);
+    for (auto& [k, e] : sides_) EXPECT_EQ(e.extrapolate(src1, src2, out, 0.5f, {.motion = &wrong}), static_cast<GLenum>(GL_INVALID_VALUE)) << backend_name(k);
+    EXPECT_EQ(read(out, a), before);
+}
+
 TEST_F(ExtrapolationGl, ReadsThreeFloats) {
     const Picture a = moved_noise(37, 21, Format::rgb32f, 0, 0);
     const Picture back = read(texture(a), a);

@@ -91,6 +91,27 @@ TEST(Extrapolation, ExtremeFactorsRepeatWhatMovesOutOfReach) {
     }
 }
 
+TEST(Extrapolation, WhatAFactorCarriesBeyondReachIsRepeatedWhereItWas) {
+    constexpr int kSize = 128;   // a quarter of it is 32 pixels
+    const Picture a = moved_noise(kSize, 96, Format::rgba8, 0, 0), b = moved_noise(kSize, 96, Format::rgba8, 4, 1);
+    Picture out(kSize, 96, Format::rgba8);
+    for (const Preset p : kPresets) {
+        auto e = engine(p);
+        ASSERT_EQ(run(e, a, b, out, 12), Outcome::ok);   // 48 pixels: still inside the picture, so only the limit holds it back
+        EXPECT_EQ(out, b) << preset_name(p);
+        ASSERT_EQ(run(e, a, b, out, 5), Outcome::ok);    // 20 pixels
+        EXPECT_GT(psnr(out, moved_noise(kSize, 96, Format::rgba8, 24, 6), 26), psnr(b, moved_noise(kSize, 96, Format::rgba8, 24, 6), 26) + 3) << preset_name(p);
+    }
+    std::vector<float> motion(static_cast<std::size_t>(2 * kSize * 96));
+    for (std::size_t i = 0; i < motion.size(); i += 2) motion[i] = static_cast<float>(i / 2 % kSize < 64 ? 40 : 0);
+    const KnownMotion known{motion.data(), nullptr, kSize, 96};
+    auto e = engine();
+    ASSERT_EQ(run(e, a, b, out, 1, {.motion = &known}), Outcome::ok);
+    EXPECT_EQ(out, b) << "known motion has the same limit";
+    ASSERT_EQ(run(e, a, b, out, 0.5f, {.motion = &known}), Outcome::ok);
+    EXPECT_NE(out, b) << "half of it is within reach";
+}
+
 TEST(Extrapolation, EveryErrorLeavesTheOutputAlone) {
     const Picture a = moved_noise(16, 16, Format::rgba8, 0, 0), b = moved_noise(16, 16, Format::rgba8, 1, 0);
     const Picture other_format = moved_noise(16, 16, Format::rgba16f, 0, 0), other_size = moved_noise(16, 17, Format::rgba8, 0, 0);
@@ -143,6 +164,29 @@ TEST(Extrapolation, MotionBeyondTheSearchDegradesToRepeating) {
             ASSERT_EQ(run(e, a, b, out, 0.5f), Outcome::ok);
             // Half a decibel: the square's rim may still be taken for a neighbour's motion; noise would cost several.
             EXPECT_GT(psnr(out, truth), psnr(b, truth) - 0.5) << preset_name(p) << " " << motion;
+        }
+    }
+}
+
+TEST(Extrapolation, AThirdThatMovesBeyondTheSearchIsRepeatedAndNotNoise) {
+    // Two thirds turn slowly, so that this is no cut; the rest shows nothing that the search could find again.
+    const auto at = [](float slow, float quick) {
+        Picture p = moved_noise(256, 256, Format::rgba8, slow, 0);
+        const Picture other = moved_noise(256, 256, Format::rgba8, quick, 0.4f * quick, 60);
+        for (int y = 0; y < 256; ++y) std::memcpy(p.at(176, y), other.at(176, y), 80 * 4);
+        return p;
+    };
+    for (const float motion : {75.0f, 120.0f}) {
+        const Picture a = at(0, 0), b = at(2, motion);
+        Picture out(256, 256, Format::rgba8);
+        for (const Preset p : kPresets) {
+            auto e = engine(p);
+            ASSERT_EQ(run(e, a, b, out, 0.5f), Outcome::ok);
+            EXPECT_FALSE(e.report().repeated) << e.report().unexplained_fraction;
+            long equal = 0;
+            for (int y = 16; y < 240; ++y)
+                for (int x = 192; x < 240; ++x) equal += std::memcmp(out.at(x, y), b.at(x, y), 4) == 0 ? 1 : 0;
+            EXPECT_GT(equal, 224 * 48 / 3) << preset_name(p) << " " << motion;
         }
     }
 }

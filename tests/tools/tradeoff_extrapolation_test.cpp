@@ -24,6 +24,15 @@ TEST_F(TradeoffExtrapolation, PresetsBeatRepeatingAndNeverLoseToIt) {
         EXPECT_GT(psnr[preset]["rotation"], psnr["hold"]["rotation"] + 3) << preset;
         EXPECT_GE(psnr[preset]["cut"], psnr["hold"]["cut"]) << preset;
     }
+    EXPECT_GE(psnr["known-ahead"]["rotation"], psnr["known-motion"]["rotation"]) << "a turn bends the path of every point";
+    if (!psnr.contains("gl processor")) GTEST_LOG_(INFO) << "no OpenGL ES driver: no rows of it";
+    for (const char* backend : {"gl processor", "gl compute", "gl fragment"})
+        if (psnr.contains(backend)) {
+            EXPECT_GT(psnr[backend]["rotation"], psnr["hold"]["rotation"] + 3) << backend;
+        }
+    if (psnr.contains("gl processor")) {
+        EXPECT_EQ(psnr["gl processor"]["rotation"], psnr["balanced"]["rotation"]) << "the same engine";
+    }
     EXPECT_EQ(psnr["balanced"]["cut"], psnr["hold"]["cut"]) << "a cut repeats the last frame";
     EXPECT_GT(psnr["reprojection"]["rotation"], psnr["hold"]["rotation"] + 3);
     EXPECT_NE(bytes(file("t.csv")).find("\nbalanced,0,"), std::string::npos);
