@@ -57,7 +57,7 @@ Result<std::unique_ptr<Method>> Auto::create_late(const MethodSettings& settings
 
 Result<std::unique_ptr<Method>> Auto::create_with(const MethodSettings& settings, double late_allowance) {
     std::array<std::unique_ptr<Method>, 3> methods;
-    for (const auto& [way, create] : {std::pair{ExecutorChoice::foveated, &ScaledBins::create}, {ExecutorChoice::full, &Full::create}, {ExecutorChoice::late, &ScaledBins::create_late}}) {
+    for (const auto& [way, create] : {std::pair{ExecutorChoice::foveated, &create_scaled_bins}, {ExecutorChoice::full, &Full::create}, {ExecutorChoice::late, &ScaledBins::create_late}}) {
         if (way == ExecutorChoice::late && late_allowance == 0) continue;
         auto method = create(settings);
         if (!method) return method;

@@ -53,7 +53,8 @@ public:
         chosen().submit_early(draws, targets, focus);
     }
     [[nodiscard]] std::string_view executor() const noexcept override { return chosen().name(); }
-    [[nodiscard]] bool exact_fovea() const noexcept override { return true; }
+    [[nodiscard]] std::string_view native_extension() const noexcept override { return chosen().native_extension(); }
+    [[nodiscard]] bool exact_fovea() const noexcept override { return methods_[ExecutorChoice::foveated]->exact_fovea(); }
     [[nodiscard]] Result<void> prepare(std::span<const ViewTarget> targets) override;
     FrameCost submit(const gl::CommandList& draws, std::span<const ViewTarget> targets,
                      std::span<const ViewFocus> focus) noexcept override;

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "render/foveation/rate_map.hpp"
 #include "render/foveation/upsample.hpp"
 #include "render/gl/objects.hpp"
 
@@ -17,6 +18,7 @@ namespace fovea::foveation {
 namespace {
 
 constexpr int kEdge_px = 256;       // of the probe's picture
+constexpr int kTiles = 64;          // along each edge of its shading-rate map
 constexpr int kRepeats = 3;         // the quickest counts
 constexpr double kEarly = 0.5;      // rejected before shading if it costs less than this of a shaded picture
 
@@ -120,6 +122,19 @@ DriverTraits probe(bool software) {
         t.resolve_ratio = processor / gpu;
         t.processor_resolve = t.resolve_ratio < 1;
         glBindTexture(GL_TEXTURE_2D, 0);
+    }
+    if (auto map = RateMap::create(kTiles * kTiles)) {
+        std::vector<std::uint8_t> rates(kTiles * kTiles);
+        int step = 0;
+        const auto input = [&] { return density::rate_input({}, kTiles * 16, kTiles * 16, {0.01 * (step++ % 50), 0.1}); };
+        const double processor = cost(software, [&] { density::fill_rate_map(input(), rates); });
+        const double gpu = cost(software, [&] {
+            map->set_input(input());
+            map->dispatch(kTiles, kTiles);
+            map->read(kTiles, kTiles, rates);
+        });
+        t.rate_map_ratio = gpu / processor;
+        t.gpu_rate_map = t.rate_map_ratio < 1;
     }
     return t;
 }

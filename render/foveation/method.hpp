@@ -51,10 +51,15 @@ struct FrameCost {
     const char* note = "";             // why it fell back; a string that lives for ever
 };
 
+struct NativeCalls;
+
 // How bins outside the fovea are filled from their level.
 enum class Resolver : std::uint8_t { automatic, gpu, processor };
 // How fragments outside a level's bins are rejected.
 enum class Mask : std::uint8_t { automatic, stencil, depth };
+
+// Where a shading-rate map is made.
+enum class RateMaker : std::uint8_t { automatic, gpu, processor };
 
 // Arm's inset and outset views. Pixels of the finished picture.
 struct InsetOutsetSettings {
@@ -88,6 +93,9 @@ struct MethodSettings {
     InsetOutsetSettings inset_outset;
     DynamicViewportSettings dynamic_viewports;
     density::RateSettings shading_rate;
+    RateMaker rate_maker = RateMaker::automatic;   // automatic: what the start-up probe found to be cheaper on this driver
+    bool emulate = false;                 // never by the driver's own extensions
+    const NativeCalls* native = nullptr;  // those extensions' calls; null: of the driver. Must outlive create_method() only
     bool count_fragments = false;   // debug: let counted_fragments() return what was really shaded, overdraw included
 };
 
@@ -110,6 +118,8 @@ public:
     virtual void observe(Duration) noexcept {}
     // What draws at present: the method's own name, or that of the one it has chosen.
     [[nodiscard]] virtual std::string_view executor() const noexcept { return name(); }
+    // The extension by which the driver itself foveates; empty: emulated, by passes of this library.
+    [[nodiscard]] virtual std::string_view native_extension() const noexcept { return {}; }
     // targets: those prepared; focus: one per target. noexcept, no allocation. Flushes nothing.
     virtual FrameCost submit(const gl::CommandList& draws, std::span<const ViewTarget> targets,
                              std::span<const ViewFocus> focus) noexcept = 0;
@@ -123,6 +133,10 @@ public:
     // Fragments of the last submit, by the GPU's own count; waits for it. 0 unless count_fragments was set.
     [[nodiscard]] virtual std::uint64_t counted_fragments() = 0;
 };
+
+// The driver's own where it has the extensions and `emulate` is not set, else by passes of this library.
+[[nodiscard]] Result<std::unique_ptr<Method>> create_scaled_bins(const MethodSettings& settings);
+[[nodiscard]] Result<std::unique_ptr<Method>> create_shading_rate(const MethodSettings& settings);
 
 // One row of the table of methods.
 struct MethodEntry {

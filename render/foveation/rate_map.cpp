@@ -98,6 +98,11 @@ void RateMap::dispatch(int columns, int rows) noexcept {
     glDispatchCompute(static_cast<GLuint>(((tiles + 3) / 4 + kGroup - 1) / kGroup), 1, 1);
 }
 
+void RateMap::bind_for_unpacking() const noexcept {
+    glMemoryBarrier(GL_PIXEL_BUFFER_BARRIER_BIT);
+    glBindBuffer(GL_PIXEL_UNPACK_BUFFER, map_.name());
+}
+
 void RateMap::read(int columns, int rows, std::span<std::uint8_t> rates) noexcept {
     const auto tiles = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
     FOVEA_REQUIRE(rates.size() >= tiles && tiles <= words_ * 4);

@@ -20,12 +20,14 @@ public:
     // For maps of at most this many tiles.
     [[nodiscard]] static Result<RateMap> create(std::size_t tiles);
     RateMap(RateMap&& other) noexcept;
-    RateMap& operator=(RateMap&&) = delete;
+    RateMap& operator=(RateMap&&) = delete;   // the mapping belongs to one buffer
     ~RateMap();
 
     [[nodiscard]] bool persistent() const noexcept { return mapped_ != nullptr; }
     void set_input(const density::RateInput& input) noexcept;
     void dispatch(int columns, int rows) noexcept;
+    // The map as the source of a texture upload, after dispatch(): columns bytes a row, no padding. Unbind it afterwards.
+    void bind_for_unpacking() const noexcept;
     // Waits for the GPU. rates: at least columns * rows.
     void read(int columns, int rows, std::span<std::uint8_t> rates) noexcept;
 

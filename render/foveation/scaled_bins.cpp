@@ -47,13 +47,17 @@ Result<std::unique_ptr<Method>> ScaledBins::create_late(const MethodSettings& se
     return method;
 }
 
-Result<std::unique_ptr<Method>> ScaledBins::create_rates(const MethodSettings& settings) {
-    const density::RateSettings& r = settings.shading_rate;
+Result<void> ScaledBins::check_rates(const density::RateSettings& r) {
     if (r.tile_px < 4 || r.tile_px > 64 || r.tile_px % 4 != 0) return fail("a shading-rate tile of " + std::to_string(r.tile_px) + " pixels", "shading_rate", "a multiple of 4, 4 to 64");
     if (!(r.inner_radius >= 0 && r.outer_radius >= r.inner_radius && r.outer_radius <= 4) || !(r.lens_radius > 0) || !(r.focus_extent >= 0 && r.focus_extent <= 1))
         return fail("a radius or extent is out of range", "shading_rate", "0 <= inner_radius <= outer_radius <= 4, lens_radius > 0, focus_extent 0 to 1");
+    return {};
+}
+
+Result<std::unique_ptr<Method>> ScaledBins::create_rates(const MethodSettings& settings) {
+    if (auto fine = check_rates(settings.shading_rate); !fine) return std::unexpected(fine.error());
     MethodSettings s = settings;
-    s.plan.bin_px = r.tile_px;
+    s.plan.bin_px = settings.shading_rate.tile_px;
     s.plan.levels = density::standard_levels();
     s.plan.level_count = 3;   // 1x1, 2x2, 4x4
     auto method = create(s);
@@ -77,7 +81,13 @@ void ScaledBins::plan_view(View& view, const ViewFocus& focus, std::span<const d
                                                          p != nullptr ? NdcPoint{p->x_ndc, p->y_ndc} : NdcPoint{kNone, kNone});
     if (input == view.rate_input) return;
     view.rate_input = input;
-    density::fill_rate_map(input, view.rate_levels);
+    if (view.rate_map) {
+        view.rate_map->set_input(input);
+        view.rate_map->dispatch(input.columns(), input.rows());
+        view.rate_map->read(input.columns(), input.rows(), view.rate_levels);
+    } else {
+        density::fill_rate_map(input, view.rate_levels);
+    }
     for (std::uint8_t& rate : view.rate_levels) rate &= 3;   // 0x0, 0x5, 0xa: level 0, 1, 2
     view.plan.assign_levels(view.rate_levels);
     view.region = {};
@@ -119,6 +129,11 @@ Result<ScaledBins::View> ScaledBins::make_view(const ViewTarget& t, const gl::Fr
     if (staging_.size() < bins * 2) staging_.resize(bins * 2);
     v.boxes.resize(bins * 2);
     v.rate_levels.resize(rates_ ? bins : 0);
+    if (rates_ && (settings_.rate_maker == RateMaker::gpu || (settings_.rate_maker == RateMaker::automatic && driver_traits().gpu_rate_map))) {
+        auto map = RateMap::create(bins);
+        if (!map) return std::unexpected(map.error());
+        v.rate_map.emplace(*std::move(map));
+    }
     v.on_processor = settings_.resolver != Resolver::gpu && CpuResolve::can_resolve(t, shape, v.plan) &&
                      (settings_.resolver == Resolver::processor || driver_traits().processor_resolve);
     if (v.on_processor) cpu_resolve_.reserve(v.plan, settings_.resolve_threads);

@@ -21,6 +21,7 @@
 // puts them back; where that cannot be (multisampled, no stencil, depth that was not resolved) it is drawn in full.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,6 +32,7 @@
 #include "render/foveation/level_target.hpp"
 #include "render/foveation/method.hpp"
 #include "render/foveation/prepared.hpp"
+#include "render/foveation/rate_map.hpp"
 
 namespace fovea::foveation {
 
@@ -39,6 +41,7 @@ public:
     [[nodiscard]] static Result<std::unique_ptr<Method>> create(const MethodSettings& settings);
     // The same with the fovea drawn last: late_fovea().
     [[nodiscard]] static Result<std::unique_ptr<Method>> create_late(const MethodSettings& settings);
+    [[nodiscard]] static Result<void> check_rates(const density::RateSettings& settings);
     // The same executor fed by a shading-rate map instead of the density equation: `shading_rate`.
     [[nodiscard]] static Result<std::unique_ptr<Method>> create_rates(const MethodSettings& settings);
     [[nodiscard]] std::string_view name() const noexcept override { return late_ ? "scaled_bins_late" : rates_ ? "shading_rate" : "scaled_bins"; }
@@ -72,6 +75,7 @@ private:
         gl::Name resolve_color = 0, resolve_depth = 0, clearing = 0;   // programs of resolve_programs_ and clearing_
         density::RateInput rate_input;          // shading_rate: what the plan was made from
         std::vector<std::uint8_t> rate_levels;  // of every bin
+        std::optional<RateMap> rate_map;        // the shader that fills them; empty: the processor does
         Region region;
     };
     // Where a level is drawn, and the part of it that its bins (and guard) lie in.

@@ -54,7 +54,8 @@ ColorKind kind_of(GLenum point, GLenum format) noexcept {
     return wide && !epoxy_has_gl_extension("GL_OES_texture_float_linear") ? ColorKind::unfiltered : ColorKind::filtered;
 }
 
-GLenum texture_target(Name name) noexcept {
+// Also its size.
+GLenum texture_target(Name name, GLint level, GLint* width, GLint* height) noexcept {
     struct Target {
         GLenum target, query;
     };
@@ -65,9 +66,10 @@ GLenum texture_target(Name name) noexcept {
     for (const Target& t : kTargets) {
         GLint before = 0;
         glGetIntegerv(t.query, &before);
-        if (static_cast<Name>(before) == name) return t.target;
-        glBindTexture(t.target, name);   // fails for a texture of another target
+        if (static_cast<Name>(before) != name) glBindTexture(t.target, name);   // fails for a texture of another target
         if (glGetError() != GL_NO_ERROR) continue;
+        glGetTexLevelParameteriv(t.target, level, GL_TEXTURE_WIDTH, width);
+        glGetTexLevelParameteriv(t.target, level, GL_TEXTURE_HEIGHT, height);
         glBindTexture(t.target, static_cast<GLuint>(before));
         return t.target;
     }
@@ -118,11 +120,25 @@ Result<FramebufferShape> framebuffer_shape(Name framebuffer) {
             return fail("colour attachment " + std::to_string(i) + " has a format that cannot be foveated", where,
                         "use RGBA8, SRGB8_ALPHA8, RGB10_A2, R11F_G11F_B10F, a 16 or 32 bit float or an integer format");
         c.kind = kind_of(point, c.format);
+        GLint width = 0, height = 0;
+        const auto object = static_cast<Name>(attachment(point, GL_FRAMEBUFFER_ATTACHMENT_OBJECT_NAME));
+        if (type == GL_RENDERBUFFER) {
+            GLint before = 0;
+            glGetIntegerv(GL_RENDERBUFFER_BINDING, &before);
+            glBindRenderbuffer(GL_RENDERBUFFER, object);
+            glGetRenderbufferParameteriv(GL_RENDERBUFFER, GL_RENDERBUFFER_WIDTH, &width);
+            glGetRenderbufferParameteriv(GL_RENDERBUFFER, GL_RENDERBUFFER_HEIGHT, &height);
+            glBindRenderbuffer(GL_RENDERBUFFER, static_cast<GLuint>(before));
+        }
         if (type == GL_TEXTURE) {
             c.level = attachment(point, GL_FRAMEBUFFER_ATTACHMENT_TEXTURE_LEVEL);
             c.layer = attachment(point, GL_FRAMEBUFFER_ATTACHMENT_TEXTURE_LAYER);
             const auto face = static_cast<GLenum>(attachment(point, GL_FRAMEBUFFER_ATTACHMENT_TEXTURE_CUBE_MAP_FACE));
-            c.texture_target = face != 0 ? face : texture_target(static_cast<Name>(attachment(point, GL_FRAMEBUFFER_ATTACHMENT_OBJECT_NAME)));
+            c.texture_target = face != 0 ? face : texture_target(object, c.level, &width, &height);
+        }
+        if (i == 0) {
+            shape.width_px = width;
+            shape.height_px = height;
         }
         shape.colors = i + 1;
     }

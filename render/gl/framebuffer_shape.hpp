@@ -37,6 +37,7 @@ struct ColorShape {
 
 struct FramebufferShape {
     std::array<ColorShape, kMaxColors> color;   // by draw buffer
+    int width_px = 0, height_px = 0;            // of draw buffer 0's image; 0 for surfaces
     int colors = 0;                             // draw buffers up to the last that is not none
     int samples = 0;                            // 0: not multisampled
     std::uint32_t depth_format = 0;             // sized; 0: no depth
