@@ -37,6 +37,7 @@ void Context::made_current(EGLDisplay display, EGLSurface surface) {
         drop_errors();
     }
     if (!active_) return;
+    share_->dead.bury();
     draw_framebuffer_ = static_cast<GLuint>(get_integer(GL_DRAW_FRAMEBUFFER_BINDING));
     read_framebuffer_ = static_cast<GLuint>(get_integer(GL_READ_FRAMEBUFFER_BINDING));
     target_known_ = false;
@@ -251,6 +252,19 @@ ProgramFacts Context::ask_program(GLuint program, GLint version) {
     facts.side_effects = value > 0;
     gl.GetProgramInterfaceiv(program, GL_SHADER_STORAGE_BLOCK, GL_ACTIVE_RESOURCES, &value);
     facts.side_effects |= value > 0;
+    GLint inputs = 0;
+    facts.attributes.emplace();
+    gl.GetProgramInterfaceiv(program, GL_PROGRAM_INPUT, GL_ACTIVE_RESOURCES, &inputs);
+    for (GLuint i = 0; i < static_cast<GLuint>(inputs); ++i) {
+        constexpr GLenum kAsked[] = {GL_LOCATION, GL_ARRAY_SIZE, GL_TYPE};
+        GLint found[3] = {-1, 1, 0};
+        gl.GetProgramResourceiv(program, GL_PROGRAM_INPUT, i, 3, kAsked, 3, nullptr, found);
+        if (found[0] < 0) continue;  // gl_VertexID
+        const auto type = static_cast<GLenum>(found[2]);
+        const bool matrix = (type >= GL_FLOAT_MAT2 && type <= GL_FLOAT_MAT4) || (type >= GL_FLOAT_MAT2x3 && type <= GL_FLOAT_MAT4x3);
+        for (GLint k = 0; k < found[1] * (matrix ? 4 : 1); ++k)  // a matrix has at most four columns
+            facts.attributes->push_back(static_cast<GLuint>(found[0] + k));
+    }
     GLint uniforms = 0;
     gl.GetProgramiv(program, GL_ACTIVE_UNIFORMS, &uniforms);
     for (GLuint i = 0; i < static_cast<GLuint>(uniforms); ++i) {
@@ -379,9 +393,9 @@ void Context::release_images() {
     extrapolator_.reset();
 }
 
-void Context::abandon() noexcept {
-    for (Kept& kept : kept_) kept.targets->abandon();
-    own_.abandon();
+void Context::abandon() {
+    for (Kept& kept : kept_) kept.targets->abandon(share_->dead);
+    own_.abandon(share_->dead);
     (void)extrapolator_.release();  // its destructor would delete objects of whichever context is current
 }
 

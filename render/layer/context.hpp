@@ -47,6 +47,7 @@ struct ProgramFacts {
     bool side_effects = false;  // writes buffers, images or counters
     int num_views = 0;
     std::vector<std::pair<GLuint, GLint>> view_uniforms;  // program, location
+    std::optional<std::vector<GLuint>> attributes;  // locations that its vertex shader reads; nullopt: not known
     // Auto mode only.
     bool frag_coord = false, texel_fetch = false, no_source = false;
     std::vector<GLint> samplers_2d;  // locations
@@ -119,7 +120,7 @@ public:
     // Reads what the driver is, the first time. The surface is the one to draw to, or EGL_NO_SURFACE.
     void made_current(EGLDisplay display, EGLSurface surface);
     void release_images();               // current, nothing pending: level images are given back
-    void abandon() noexcept;             // the driver's context is gone
+    void abandon();                      // the driver's context is gone
     bool to_be_destroyed = false;        // eglDestroyContext came while it was current
 
     [[nodiscard]] bool active() const noexcept { return active_; }

@@ -143,7 +143,11 @@ void copy_client_memory(Context& c, DrawCall& d) {
     std::size_t n = 0;
     IndexRange range;
     const auto attribs = static_cast<GLuint>(std::min(get_integer(GL_MAX_VERTEX_ATTRIBS), 32));
-    for (GLuint i = 0; i < attribs; ++i) {
+    const auto& read = c.program_facts().attributes;
+    const GLuint candidates = read ? static_cast<GLuint>(read->size()) : attribs;
+    for (GLuint k = 0; k < candidates && n < std::size(found); ++k) {
+        const GLuint i = read ? (*read)[k] : k;
+        if (i >= attribs) continue;
         const auto get = [i](GLenum name) {
             GLint v = 0;
             gl.GetVertexAttribiv(i, name, &v);

@@ -53,6 +53,13 @@ OwnDrawing::~OwnDrawing() {
     if (buffer_) gl.DeleteBuffers(1, &buffer_);
 }
 
+void OwnDrawing::abandon(Graveyard& to) {
+    for (const GLuint p : programs_) to.program(p);
+    to.buffer(buffer_);
+    array_ = buffer_ = 0;
+    programs_ = {};
+}
+
 bool OwnDrawing::ready() {
     if (array_ || failed_) return !failed_;
     GLint array = 0, buffer = 0;

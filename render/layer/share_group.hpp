@@ -12,6 +12,7 @@
 
 #include "render/layer/auto_mode.hpp"
 #include "render/layer/foveation_state.hpp"
+#include "render/layer/graveyard.hpp"
 
 namespace fovea::layer {
 
@@ -64,6 +65,7 @@ private:
 struct ShareGroup {
     TextureFoveations textures;
     ProgramSources sources;
+    Graveyard dead;
 };
 
 }  // namespace fovea::layer

@@ -375,6 +375,7 @@ void Context::leave_levels(Call call) {
 
 void Context::frame_ended(Call call) {
     before_finish(call);
+    share_->dead.bury();
     ++frame_;
     frame_levels_ = std::exchange(levels_now_, false);
     if (auto_) {

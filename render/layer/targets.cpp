@@ -260,7 +260,15 @@ bool Targets::create_level(std::size_t index) {
     return gl.GetError() == GL_NO_ERROR;
 }
 
-void Targets::abandon() noexcept {
+void Targets::abandon(Graveyard& to) {
+    const bool textures = shape_.samples == 0;
+    for (const Level& level : levels_) {
+        for (std::size_t c = 0; c < kMaxColors; ++c) {
+            textures ? to.texture(level.color[c]) : to.renderbuffer(level.color[c]);
+            to.texture(level.resolved[c]);
+        }
+        textures && shape_.depth_stencil != GL_STENCIL_INDEX8 ? to.texture(level.depth_stencil) : to.renderbuffer(level.depth_stencil);
+    }
     levels_.clear();
     one_color_ = 0;
 }

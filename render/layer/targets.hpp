@@ -18,6 +18,7 @@
 #include "render/density/plan.hpp"
 #include "render/layer/auto_mode.hpp"
 #include "render/layer/foveation_state.hpp"
+#include "render/layer/graveyard.hpp"
 #include "render/layer/replay.hpp"
 
 namespace fovea::layer {
@@ -49,7 +50,7 @@ void find_target(Attachment& attachment);
 class OwnDrawing {
 public:
     ~OwnDrawing();
-    void abandon() noexcept { array_ = buffer_ = 0, programs_ = {}; }  // the context is gone
+    void abandon(Graveyard& to);  // the context is gone
     // The bins of a level, each grown by grow_x, grow_y, where the viewport shows width x height; all in pixels of
     // full resolution.
     struct Rects {
@@ -76,7 +77,7 @@ class Targets {
 public:
     [[nodiscard]] static std::unique_ptr<Targets> create(const TargetShape& shape, int level_count);
     ~Targets();
-    void abandon() noexcept;  // the context is gone, and its objects with it
+    void abandon(Graveyard& to);  // the context is gone, and its framebuffer objects with it
     Targets(const Targets&) = delete;
     Targets& operator=(const Targets&) = delete;
 

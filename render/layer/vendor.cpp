@@ -90,7 +90,9 @@ EGLBoolean destroy_context(EGLDisplay display, EGLContext context) {
         contexts().shares.erase(context);
     }
     // Still current somewhere: lives, in the driver and here, until it no longer is.
-    if (gone && gone.use_count() == 1) gone->abandon();
+    if (!gone) return done;
+    gone->to_be_destroyed = true;
+    if (gone.use_count() == 1) gone->abandon();
     return done;
 }
 
@@ -103,7 +105,7 @@ EGLBoolean make_current(EGLDisplay display, EGLSurface draw, EGLSurface read, EG
     }
     if (before && before->active()) {
         before->before_finish(kCallMakeCurrent);
-        if (!next) before->release_images();
+        if (!next || (before != next && before->to_be_destroyed)) before->release_images();
     }
     const EGLBoolean done = egl.MakeCurrent(display, draw, read, context);
     if (!done) return done;
