@@ -161,7 +161,7 @@ Plan plan(const Needs& measured, const Situation& s, const Declared& declared) {
     decide(Effect::msaa, above(n.thin_share, kThinShare, "thin geometry is"));
     Decision finer = any_of({{n.glossy_share, {kGlossyShare, "small highlights are"}}, {n.text_share, {kTextShare, "print is"}}, {n.thin_share, {kThinShare, "thin geometry is"}}});
     const double motion = std::max(n.camera_px, n.moving_share > 0 ? n.object_px : 0);
-    if (finer.on && motion < kMoves_px) finer = {false, finer.reason + text(", but the picture moves by %.2f px a frame only", motion)};
+    if (finer.on && motion < kCrawls_px) finer = {false, finer.reason + text(", but the picture moves by %.2f px a frame only", motion)};
     decide(Effect::finer_periphery, std::move(finer));
 
     const double frame_ms = foveation.on && n.foveated_ms > 0 ? n.foveated_ms : n.full_ms;

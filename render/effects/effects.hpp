@@ -118,6 +118,7 @@ private:
 
 inline constexpr double kThin_px = 3;         // narrower than this at full resolution is less than a texel of level 2
 inline constexpr double kPays = 0.95;         // foveation must bring a frame below this part of its time in full
+inline constexpr double kCrawls_px = 1;       // from this motion per frame on, what coarse levels lose is seen to crawl
 inline constexpr double kMoves_px = 0.5;      // less motion per frame than this is not seen to repeat
 
 }  // namespace fovea::effects

@@ -62,11 +62,15 @@ vec4 far_color(vec2 uv) {
 constexpr std::string_view kNoContrast = "vec4 far_color(vec2 uv) { return texture(outset, uv); }\n";
 
 constexpr std::string_view kFar = "void main() { color = far_color(px / size); }\n";
-constexpr std::string_view kNear = R"(
+constexpr std::string_view kNearHead = R"(
 layout(location = 3) uniform vec4 circle;   // middle of the inset, its radius, width of the blend; pixels
 layout(location = 4) uniform vec2 image;    // lower left of the inset's image; one texel is one pixel
+)";
+constexpr std::string_view kBlend = "float share_of_inset(float r) { return 1.0 - smoothstep(circle.z - circle.w, circle.z, r); }\n";
+constexpr std::string_view kNoBlend = "float share_of_inset(float r) { return r < circle.z ? 1.0 : 0.0; }\n";
+constexpr std::string_view kNear = R"(
 void main() {
-    float near = 1.0 - smoothstep(circle.z - circle.w, circle.z, distance(px, circle.xy));
+    float near = share_of_inset(distance(px, circle.xy));
     color = mix(far_color(px / size), texelFetch(inset, ivec2(px - image), 0), near);
 }
 )";
@@ -89,7 +93,8 @@ Result<std::unique_ptr<Method>> InsetOutset::create(const MethodSettings& settin
     };
     for (const Wanted& w : {Wanted{&m->disc_, "mask disc", kDiscVertex, std::string(kDiscFragment)},
                             Wanted{&m->far_, "compose outset", kComposeVertex, head + std::string(kFar)},
-                            Wanted{&m->near_, "compose inset", kComposeVertex, head + std::string(kNear)}}) {
+                            Wanted{&m->near_, "compose inset", kComposeVertex, head + std::string(kNearHead) + std::string(s.blend_px > 0 ? kBlend : kNoBlend) + std::string(kNear)}}) {
+        if (w.program == &m->disc_ && !s.masks) continue;
         auto p = gl::build_program(w.name, w.vertex, w.fragment);
         if (!p) return std::unexpected(p.error());
         *w.program = *std::move(p);

@@ -1,13 +1,34 @@
 #include "render/viewer/eyes.hpp"
 
+#include <cmath>
+#include <cstdio>
+
+#include "render/effects/contents.hpp"
+#include "render/effects/declared.hpp"
+#include "render/effects/measure.hpp"
+
 namespace fovea::viewer {
 
 std::expected<Eyes, Failure> Eyes::create(const Options& o, const TimeSource& time) {
     Eyes eyes(o.fovea);
-    auto scene = scene::Scene::create({.name = o.scene, .speed = o.speed});
+    auto opened = effects::open_scene(o.scene);
+    if (!opened) return failed(opened.error(), kUsage);
+    eyes.declared_ = std::move(opened->declared);
+    eyes.needs_ = effects::look_at(opened->source, {.width_px = o.width_px, .height_px = o.height_px});
+    eyes.needs_.object_px *= std::abs(o.speed);
+    eyes.needs_.camera_px *= std::abs(o.speed);
+    auto scene = scene::Scene::create({.name = o.scene, .speed = o.speed}, std::move(opened->source));
     if (!scene) return failed(scene.error(), kUsage);
     eyes.scene_.emplace(*std::move(scene));
-    if (auto r = eyes.choose_method(o.quality == "off" ? o.method : "full"); !r) return failed(r.error(), kUsage);
+    std::string method = o.quality == "off" ? o.method : "full";
+    if (method == "auto") {   // what pays is measured once, here; `auto` itself goes on watching where it does
+        const effects::Situation situation{.width_px = o.width_px, .height_px = o.height_px};
+        if (auto r = effects::measure_frames(*eyes.scene_, situation, {.rounds = 1}, eyes.needs_); !r) return failed(r.error());
+        const effects::Plan plan = eyes.plan(method, o.width_px, o.height_px);
+        if (!plan.on(effects::Effect::foveation)) method = "full";
+        if (!o.quiet && !o.json) std::fprintf(stderr, "fovea-view: auto draws with %s: %s\n", method == "full" ? "full" : "scaled_bins", plan.decision(effects::Effect::foveation).reason.c_str());
+    }
+    if (auto r = eyes.choose_method(method); !r) return failed(r.error(), kUsage);
     if (o.quality != "off") {
         auto ladder = o.quality == "auto" ? Result<quality::Ladder>(quality::built_in_ladder()) : quality::load_ladder(o.quality);
         if (!ladder) return failed(ladder.error(), kUnusableInput);
@@ -20,6 +41,10 @@ std::expected<Eyes, Failure> Eyes::create(const Options& o, const TimeSource& ti
     if (auto r = eyes.resize(o.width_px, o.height_px); !r) return failed(r.error());
     if (!eyes.warm_up(time)) return failed({"the GPU did not finish the first frame in 10 seconds", o.scene, "use a smaller --size"});
     return eyes;
+}
+
+effects::Plan Eyes::plan(const std::string& method, int width_px, int height_px) const {
+    return effects::plan(needs_, {.method = method, .width_px = width_px, .height_px = height_px}, declared_);
 }
 
 Result<void> Eyes::resize(int width_px, int height_px) {
@@ -41,7 +66,9 @@ Result<void> Eyes::choose_method(const std::string& name) {
     quality_.reset();
     drawn_ = method_.get();
     if (name == method_name_) return {};
-    auto method = foveation::create_method(name, {});
+    foveation::MethodSettings settings;
+    plan(name, width(), height()).apply(settings);
+    auto method = foveation::create_method(name, settings);
     if (!method) return std::unexpected(method.error());
     if (width() > 0)
         if (auto r = (*method)->prepare(targets_); !r) return r;

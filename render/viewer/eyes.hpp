@@ -10,6 +10,8 @@
 #include <string>
 
 #include "render/density/fovea_size.hpp"
+#include "render/effects/declared.hpp"
+#include "render/effects/effects.hpp"
 #include "render/foveation/method.hpp"
 #include "render/gl/command_list.hpp"
 #include "render/quality/control.hpp"
@@ -28,6 +30,8 @@ public:
     [[nodiscard]] Result<void> resize(int width_px, int height_px);   // of each eye
     [[nodiscard]] Result<void> choose_method(const std::string& name);   // ends what holds a budget
 
+    // What the scene contains, as it was planned from.
+    [[nodiscard]] const effects::Needs& needs() const noexcept { return needs_; }
     // The draws of a frame, `time_s` after the start.
     void record(double time_s) { scene_->record(time_s, views_, draws_); }
     [[nodiscard]] scene::Pose camera(double time_s) const noexcept { return scene_->camera(time_s); }
@@ -54,10 +58,13 @@ private:
     void focus_on(const Latched& latched) noexcept;
     [[nodiscard]] foveation::Method& next() const noexcept { return quality_ ? quality_->method() : *method_; }
     [[nodiscard]] bool warm_up(const TimeSource& time);
+    [[nodiscard]] effects::Plan plan(const std::string& method, int width_px, int height_px) const;
 
     density::FoveaSizeSettings fovea_;
     std::array<scene::SceneView, kEyes> views_ = views();
     std::optional<scene::Scene> scene_;
+    effects::Needs needs_;
+    effects::Declared declared_;
     std::string method_name_;
     std::unique_ptr<foveation::Method> method_;
     std::optional<quality::Control> quality_;   // draws instead of method_

@@ -49,7 +49,7 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
                    "or with --budget-ms along its settings. --method and --gain do not count then")->capture_default_str();
     app.add_option("--budget-ms", o.budget_ms, "time of a frame, recording to GPU done, that --quality holds (default: one refresh)")
         ->needs(quality)->check(CLI::Range(0.1, 100'000.0));
-    app.add_option("--scene", o.scene, "what to draw, or the path of a .gltf or .glb file:" + list_of(scene::scenes()))->capture_default_str();
+    app.add_option("--scene", o.scene, "what to draw, or the path of a .gltf or .glb file or of a .toml scene file:" + list_of(scene::scenes()))->capture_default_str();
     app.add_option("--present", o.present, "where frames are shown; auto: the first of these that the environment offers:" + list_of(present::presenters()))
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast)->capture_default_str();
     app.add_flag("--mouse", o.mouse, "the mouse is the gaze even if there is a tracker (without one it is, in a window)");

@@ -161,7 +161,7 @@ private:
     Result<void> fill_in(const Frame& frame, Instant frame_photon) {
         const Frame before = std::exchange(rendered_, frame);
         const Duration interval = frame.started - before.started;
-        effects::Needs needs;
+        effects::Needs needs = eyes_.needs();
         needs.camera_px = before.number == 0 ? 0 : camera_motion_px(eyes_.camera(before.scene_s), eyes_.camera(frame.scene_s), Eyes::views()[0].fov, eyes_.width());
         if (!in_between_.called_for(needs, frame_cost_.median(), presenter_->refresh_period())) {
             in_between_.forget();
