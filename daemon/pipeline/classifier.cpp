@@ -8,8 +8,11 @@ namespace fovea::pipeline {
 namespace {
 
 constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
-constexpr std::int64_t kFastWindow_ns = 6'000'000;       // longer smears the onset, shorter drowns it in noise
+constexpr std::int64_t kFastWindow_ns = 6'000'000;       // longer smears the onset, shorter drowns it in noise; what predictors are fitted to
+constexpr std::int64_t kQuickWindow_ns = 5'000'000;      // for onset and end: ends a saccade a millisecond sooner
 constexpr std::int64_t kConfirm_ns = 1'500'000;          // a faster tracker must show a second sample above
+constexpr double kTwoSamples = 0.8;                      // and may therefore ask less of each: share of noise_factor
+constexpr double kAtOnce = 1.5;                          // or one sample this many times above
 constexpr std::int64_t kLongestSaccade_ns = 150'000'000; // 40 degrees take 110 ms; what lasts longer is none
 constexpr double kLearn_s = 0.15;                        // of noise before the first saccade can be told from it
 // A closing lid drags the measured gaze 12 to 18 degrees down at 650 to 1450 deg/s; eyes end at 530 (main sequence).
@@ -80,8 +83,11 @@ const Classified& Classifier::update(const History& raw) noexcept {
         now_.event = GazeEvent::fixation;
         return now_;
     }
-    const double relative = length(fast.velocity_rad_s - now_.slow_rad_s) * kDegreesPerRadian;
-    const double threshold = std::max(settings_.min_onset_deg_s, settings_.noise_factor * noise_median_deg_s_);
+    const Slope quick = raw.slope(kQuickWindow_ns, 2);
+    const double relative = length(quick.velocity_rad_s - now_.slow_rad_s) * kDegreesPerRadian;
+    const bool one_is_enough = dt * 1e9 > static_cast<double>(kConfirm_ns);
+    const double factor = one_is_enough ? settings_.noise_factor : kTwoSamples * settings_.noise_factor;
+    const double threshold = std::max(settings_.min_onset_deg_s, factor * noise_median_deg_s_);
     now_.speed_deg_s = relative;
     now_.threshold_deg_s = threshold;
 
@@ -97,7 +103,7 @@ const Classified& Classifier::update(const History& raw) noexcept {
         } else {
             above_ = 0;
         }
-        const bool confirmed = above_ >= 2 || (above_ == 1 && dt * 1e9 > static_cast<double>(kConfirm_ns));
+        const bool confirmed = above_ >= 2 || (above_ == 1 && (one_is_enough || relative > kAtOnce * threshold));
         if (confirmed) {
             now_.event = GazeEvent::saccade;
             // The slope over the window passes the threshold about half a window after the eye has left.
@@ -124,7 +130,7 @@ const Classified& Classifier::update(const History& raw) noexcept {
     const TangentBasis<HeadFrame> basis(gaze);
     const Tangent come = -1.0 * nearby(basis, gaze, now_.start_dir_head);
     const double way = length(come);
-    const double onwards = way > 1e-6 ? (come.u * fast.velocity_rad_s.u + come.v * fast.velocity_rad_s.v) / way * kDegreesPerRadian : relative;
+    const double onwards = way > 1e-6 ? (come.u * quick.velocity_rad_s.u + come.v * quick.velocity_rad_s.v) / way * kDegreesPerRadian : relative;
     now_.lid = now_.lid || (relative > kLid_deg_s && std::fabs(come.v) > 2 * std::fabs(come.u) && threshold < 0.25 * kLid_deg_s);
     const double end = std::max(settings_.end_ratio * threshold, kPeakEnd * now_.peak_deg_s);
     if (onwards < end || t_ns - now_.onset_ns > kLongestSaccade_ns) {
