@@ -55,11 +55,8 @@ std::vector<std::string> text_lines(const Controls& c, const ReadOut& r, std::sp
     if (c.help) {
         std::string names;
         for (std::size_t i = 0; i < methods.size(); ++i) {
-            names += (i == 0 ? "   " : ", ") + text("%zu ", i + 1) + methods[i];
-            if (i + 1 == (methods.size() + 1) / 2) {
-                names += ",";
-                lines.push_back(std::exchange(names, " "));
-            }
+            names += text("   %zu ", i + 1) + methods[i];
+            if (i + 1 == (methods.size() + 1) / 2) lines.push_back(std::exchange(names, ""));
         }
         lines.push_back(names);
         lines.insert(lines.begin(), "n, p  next, previous method, or a digit:");

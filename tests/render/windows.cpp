@@ -80,12 +80,13 @@ Xvfb::Xvfb() {
     if (!number.empty()) display_ = ":" + number;
 }
 
-Weston::Weston(const std::filesystem::path& scratch, const std::string& options) {
+Weston::Weston(const std::filesystem::path& scratch, const std::string& options, const std::string& inside) {
     const auto directory = scratch / "wayland";
     std::filesystem::create_directories(directory);
     std::filesystem::permissions(directory, std::filesystem::perms::owner_all);
     const std::string runtime = "XDG_RUNTIME_DIR='" + directory.string() + "'";
-    server_ = Child("env " + runtime + " weston --no-config --backend=headless-backend.so --socket=fovea --width=1280 --height=800 --idle-time=0 " + options + " >'" +
+    const std::string backend = inside.empty() ? " weston --no-config --backend=headless-backend.so" : " DISPLAY=" + inside + " weston --no-config --backend=x11-backend.so --shell=kiosk-shell.so --use-pixman";
+    server_ = Child("env " + runtime + backend + " --socket=fovea --width=1280 --height=800 --idle-time=0 " + options + " >'" +
                     (scratch / "weston.log").string() + "' 2>&1");
     for (int i = 0; i < 2000 && server_.running(); ++i) {
         if (std::filesystem::exists(directory / "fovea")) {

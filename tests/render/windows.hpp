@@ -48,7 +48,8 @@ private:
 // A Wayland compositor without a screen, on a run-time directory of its own below `scratch`.
 class Weston {
 public:
-    explicit Weston(const std::filesystem::path& scratch, const std::string& options = "");
+    // inside: an X display that it shows itself in, with its keyboard and pointer; empty: it has none of these.
+    explicit Weston(const std::filesystem::path& scratch, const std::string& options = "", const std::string& inside = "");
     // "XDG_RUNTIME_DIR=... WAYLAND_DISPLAY=..."; empty if it did not start.
     [[nodiscard]] const std::string& environment() const noexcept { return environment_; }
     void stop() { server_ = {}; }
