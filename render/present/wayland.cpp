@@ -101,7 +101,7 @@ public:
     [[nodiscard]] std::string_view name() const noexcept override { return "wayland"; }
     [[nodiscard]] std::string description() const override {
         std::array<char, 128> text{};
-        std::snprintf(text.data(), text.size(), "window of %d x %d pixels, %.4g Hz, %s", surface().width_px, surface().height_px, 1 / to_seconds(clock_.period()),
+        std::snprintf(text.data(), text.size(), "window of %d x %d pixels, scale %d, %.4g Hz, %s", surface().width_px, surface().height_px, size_.scale, 1 / to_seconds(clock_.period()),
                       presentation_ != nullptr ? "presentation feedback" : "no presentation feedback");
         return text.data();
     }

@@ -282,7 +282,7 @@ TEST_F(WaylandWindow, FillsThePixelsOfAHiDpiOutput) {
     auto viewer = view(server_->environment(), "--frames 3 --json");
     EXPECT_EQ(viewer.wait(60), 0) << text("err");
     EXPECT_EQ(summary()["width_px"], 128) << "pixels, not units of the desktop: " << text("out");
-    EXPECT_NE(text("err").find("256 x 128"), std::string::npos) << text("err");
+    EXPECT_NE(text("err").find("256 x 128 pixels, scale 2"), std::string::npos) << text("err");
 }
 
 // The compositor's own window, filled by ours, on an X server that can be typed into.
