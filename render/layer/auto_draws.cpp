@@ -22,6 +22,9 @@ void Context::add_source_facts(ProgramFacts& facts, GLuint program) {
 // Textures that belong to the framebuffer now bound for drawing: what samples them later reads a picture of the screen.
 void Context::note_drawn_textures() {
     if (draw_framebuffer_ == 0) return;
+    const auto [entry, fresh] = noted_.try_emplace(draw_framebuffer_, attachments_epoch_);
+    if (!fresh && entry->second == attachments_epoch_) return;
+    entry->second = attachments_epoch_;
     for (const Attachment& a : read_attachments(GL_DRAW_FRAMEBUFFER))
         if (a.type == GL_TEXTURE) drawn_textures_.insert(a.name);
 }

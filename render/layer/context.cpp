@@ -43,6 +43,7 @@ void Context::made_current(EGLDisplay display, EGLSurface surface) {
     target_known_ = false;
     display_ = display;
     surface_ = surface;
+    default_frame_ = 0;
     auto_ = auto_settings().on;
     pay_.set_always(auto_settings().always);
     if (Framebuffer* f = find_framebuffer(0)) f->pass.mode = Pass::Mode::none;  // of another surface, maybe
@@ -190,7 +191,12 @@ void Context::open() {
         attachments_ = read_attachments(GL_DRAW_FRAMEBUFFER);
         shape_ = read_shape(attachments_);
     } else {
-        shape_ = read_default_shape(display_, surface_);
+        if (default_frame_ != frame_) {  // a window has one size for a frame; asking costs a round trip to the server
+            default_shape_ = read_default_shape(display_, surface_);
+            default_frame_ = frame_;
+        }
+        shape_ = default_shape_;
+        if (get_integer(GL_DRAW_BUFFER0) != GL_BACK) shape_.usable = false;
     }
     batch_ = {};
     if (!shape_.usable) batch_.must_be_native = true, batch_.reason = FullRate::cannot_match;
@@ -345,6 +351,7 @@ void Context::bound_framebuffer(GLenum target, GLuint name) {
 
 void Context::removed_framebuffer(GLuint name) {
     if (name == 0) return;
+    noted_.erase(name);
     if (const auto it = framebuffers_.find(name); it != framebuffers_.end()) {
         for (Kept& kept : kept_)
             it->second.each_pass([&kept](const Pass& p) {

@@ -304,6 +304,9 @@ private:
     std::unordered_map<GLuint, ProgramFacts> facts_;
     ProgramFacts pipeline_facts_;
 
+    TargetShape default_shape_;
+    std::uint64_t default_frame_ = 0;  // when default_shape_ was read
+    std::unordered_map<GLuint, std::uint32_t> noted_;  // framebuffer, and its attachments_epoch_ in note_drawn_textures()
     ClearValues cleared_to_;  // by the last glClear of the batch
     PayTest pay_;
     bool auto_ = false, frame_levels_ = false, levels_now_ = false;

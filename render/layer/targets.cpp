@@ -178,7 +178,7 @@ TargetShape read_default_shape(EGLDisplay display, EGLSurface surface) {
     shape.depth_stencil = !shape.has_depth ? GL_STENCIL_INDEX8 : wide ? GL_DEPTH32F_STENCIL8 : GL_DEPTH24_STENCIL8;
     shape.samples = get_integer(GL_SAMPLES);
     shape.in_place = true;
-    shape.usable = shape.color[0] != 0 && shape.width > 0 && shape.height > 0 && get_integer(GL_DRAW_BUFFER0) == GL_BACK;
+    shape.usable = shape.color[0] != 0 && shape.width > 0 && shape.height > 0;
     drop_errors();
     return shape;
 }
