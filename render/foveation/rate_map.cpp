@@ -1,5 +1,6 @@
 #include "render/foveation/rate_map.hpp"
 
+#include <epoxy/egl.h>
 #include <epoxy/gl.h>
 
 #include <cstring>
@@ -78,7 +79,7 @@ RateMap::RateMap(RateMap&& o) noexcept
     : program_(std::move(o.program_)), input_(std::move(o.input_)), map_(std::move(o.map_)), mapped_(std::exchange(o.mapped_, nullptr)), words_(o.words_) {}
 
 RateMap::~RateMap() {
-    if (mapped_ == nullptr) return;
+    if (mapped_ == nullptr || eglGetCurrentContext() == EGL_NO_CONTEXT) return;
     glBindBuffer(GL_SHADER_STORAGE_BUFFER, input_.name());
     glUnmapBuffer(GL_SHADER_STORAGE_BUFFER);
 }

@@ -1,5 +1,6 @@
 #include "render/gl/framebuffer_shape.hpp"
 
+#include <epoxy/egl.h>
 #include <epoxy/gl.h>
 
 #include <algorithm>
@@ -97,6 +98,7 @@ Name attached_object(int draw_buffer) noexcept {
 
 Result<FramebufferShape> framebuffer_shape(Name framebuffer) {
     const std::string where = "framebuffer " + std::to_string(framebuffer);
+    if (eglGetCurrentContext() == EGL_NO_CONTEXT) return fail("no context is current", where, "was it lost? Make a new one, and everything in it anew");
     static_cast<void>(pending_error());
     if (framebuffer != 0 && glIsFramebuffer(framebuffer) == GL_FALSE) return fail("there is no such framebuffer", where, "create it before the method is prepared");
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);

@@ -1,5 +1,6 @@
 #include "render/gl/objects.hpp"
 
+#include <epoxy/egl.h>
 #include <epoxy/gl.h>
 
 #include <array>
@@ -67,6 +68,7 @@ Result<Program> link(std::string_view name, std::span<const Name> shaders) {
 }  // namespace
 
 void destroy(ObjectKind kind, Name name) noexcept {
+    if (eglGetCurrentContext() == EGL_NO_CONTEXT) return;   // it was lost or destroyed first: its objects went with it
     switch (kind) {
         case ObjectKind::program: glDeleteProgram(name); break;
         case ObjectKind::buffer: glDeleteBuffers(1, &name); break;
@@ -196,7 +198,7 @@ Fence& Fence::operator=(Fence&& other) noexcept {
 }
 
 Fence::~Fence() {
-    if (sync_ != nullptr) glDeleteSync(static_cast<GLsync>(sync_));
+    if (sync_ != nullptr && eglGetCurrentContext() != EGL_NO_CONTEXT) glDeleteSync(static_cast<GLsync>(sync_));
 }
 
 Fence Fence::insert() noexcept {
@@ -207,7 +209,7 @@ Fence Fence::insert() noexcept {
 }
 
 std::optional<Instant> Fence::wait(const TimeSource& time, Duration timeout) noexcept {
-    if (sync_ == nullptr) return std::nullopt;
+    if (sync_ == nullptr || eglGetCurrentContext() == EGL_NO_CONTEXT) return std::nullopt;
     const GLenum r = glClientWaitSync(static_cast<GLsync>(sync_), GL_SYNC_FLUSH_COMMANDS_BIT, static_cast<GLuint64>(timeout.count()));
     if (r == GL_ALREADY_SIGNALED || r == GL_CONDITION_SATISFIED) return time.now();
     return std::nullopt;
