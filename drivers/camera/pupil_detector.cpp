@@ -14,7 +14,8 @@ namespace {
 constexpr int kCoarseSide = 96;            // the reduced picture's longer side
 constexpr double kMinContrast = 12;        // grey levels between pupil and surround; below it there is no pupil
 constexpr double kMinAxisRatio = 0.42;     // 65 degrees off the camera's axis
-constexpr double kMinQuality = 0.28;       // share of rays that agree times share of the inside that is dark
+constexpr double kMinQuality = 0.24;       // share of rays that agree times share of the inside that is dark
+constexpr double kMinCore = 0.85;          // share of what lies below the seen edge that is as dark as a pupil
 constexpr int kTrialRays = 24;             // for choosing between the coarse candidates
 constexpr std::size_t kMaxCandidates = 12;
 
@@ -23,22 +24,31 @@ struct Preset {
     double step_px;
     int samples;      // random ellipses tried; 0: a trimmed fit of all points
     int rounds;       // of rays from the found ellipse
+    int finalists;    // candidates that are worked out in full
     double blur_px;
 };
 
 constexpr Preset preset_of(PupilPreset p) noexcept {
     switch (p) {
-        case PupilPreset::draft: return {0, 1, 0, 0, 0};
-        case PupilPreset::fast: return {32, 1, 0, 0, 1.0};
-        case PupilPreset::balanced: return {64, 1, 40, 1, 1.0};
-        case PupilPreset::best: return {128, 0.5, 120, 2, 1.3};
+        case PupilPreset::draft: return {0, 1, 0, 0, 1, 0};
+        case PupilPreset::fast: return {32, 1, 0, 0, 1, 1.0};
+        case PupilPreset::balanced: return {64, 1, 40, 1, 1, 1.0};
+        case PupilPreset::best: return {64, 1, 40, 2, 3, 1.0};
     }
-    return {64, 1, 40, 1, 1.0};
+    return {64, 1, 40, 1, 1, 1.0};
 }
 
 struct Coarse {
     double x = 0, y = 0, radius = 0, inner = 0, outer = 0;
 };
+
+// A candidate whose rays agree on an ellipse.
+struct Finalist {
+    Coarse coarse;
+    PupilEllipse rough;
+    double score = 0;
+};
+constexpr std::size_t kMaxFinalists = 3;
 
 // Distances in pixels from an ellipse, to first order; the turn is worked out once.
 class EllipseRuler {
@@ -108,6 +118,7 @@ struct PupilDetector::State {
     double glint_level = 255;
     std::array<Coarse, kMaxCandidates> candidates;
     std::size_t candidate_count = 0;
+    std::array<Finalist, kMaxFinalists> finalists;   // best first
 
     double min_radius(const GreyImage& g) const {
         return settings.min_radius_px > 0 ? settings.min_radius_px : std::min(g.width, g.height) / 24.0;
@@ -149,9 +160,10 @@ struct PupilDetector::State {
         }
     }
 
-    // The candidate whose rays agree on an ellipse, the darkest inside of those that do.
-    bool choose(const cv::Mat& image, double r_min, double r_max, Coarse& best, PupilEllipse& rough) {
-        double best_score = 0;
+    // The candidates whose rays agree on an ellipse, the darkest inside of those first. How many there are.
+    std::size_t choose(const cv::Mat& image, double r_min, double r_max) {
+        const auto wanted = static_cast<std::size_t>(preset.finalists);
+        std::size_t count = 0;
         for (std::size_t i = 0; i < candidate_count; ++i) {
             Coarse c = candidates[i];
             prepare_region(image, c);
@@ -162,14 +174,15 @@ struct PupilDetector::State {
             const double support = static_cast<double>(select(e, 2.0)) / kTrialRays, dark = fill(e, c);
             // Darkness decides between a pupil and the iris around it, quality between a pupil and a few lashes.
             const double score = std::min(0.6, support * dark) * (255 - c.inner) * (255 - c.inner);
-            if (score > best_score) {
-                best_score = score;
-                best = c;
-                rough = e;
-            }
+            if (!(score > 0)) continue;
+            std::size_t at = count;
+            while (at > 0 && finalists[at - 1].score < score) --at;
+            if (at >= wanted) continue;
+            count = std::min(count + 1, wanted);
+            for (std::size_t k = count - 1; k > at; --k) finalists[k] = finalists[k - 1];
+            finalists[at] = {c, e, score};
         }
-        if (best_score > 0) prepare_region(image, best);
-        return best_score > 0;
+        return count;
     }
 
     // Share of the ellipse's inside that is as dark as a pupil; glints do not count.
@@ -183,6 +196,40 @@ struct PupilDetector::State {
                 const double ca = std::cos(e.angle_rad), sa = std::sin(e.angle_rad);
                 const double value = level(e.x + u * ca - v * sa, e.y + u * sa + v * ca);
                 if (value < 0 || value >= glint_level) continue;
+                ++n;
+                dark += value < t ? 1 : 0;
+            }
+        return n > 0 ? static_cast<double>(dark) / n : 0;
+    }
+
+    // Much brighter than what surrounds a pupil, here or close by: a lamp's reflection, however blurred.
+    [[nodiscard]] bool beside_glint(double x, double y, const Coarse& c) const {
+        const double bright = c.outer + 0.5 * (c.outer - c.inner);
+        for (const auto& [dx, dy] : {std::pair{0.0, 0.0}, {3.0, 0.0}, {-3.0, 0.0}, {0.0, 3.0}, {0.0, -3.0}})
+            if (level(x + dx, y + dy) >= bright) return true;
+        return false;
+    }
+
+    // The same over the middle of the ellipse, but only below those parts of the edge that were seen (`inliers`): what a
+    // lid covers says nothing, and between the lashes of a closed eye there is skin.
+    double core_fill(const PupilEllipse& e, const Coarse& c) const {
+        constexpr int kSectors = 24;
+        std::array<bool, kSectors> seen{};
+        const double ca = std::cos(e.angle_rad), sa = std::sin(e.angle_rad);
+        for (const auto& p : inliers) {
+            const double dx = p.x - e.x, dy = p.y - e.y;
+            const double turn = std::atan2((-dx * sa + dy * ca) / e.b, (dx * ca + dy * sa) / e.a) / (2 * std::numbers::pi);
+            seen[static_cast<std::size_t>((turn + 1) * kSectors) % kSectors] = true;
+        }
+        const double t = c.inner + std::max(0.3 * (c.outer - c.inner), 10.0);
+        int dark = 0, n = 0;
+        for (int ring = 1; ring <= 3; ++ring)
+            for (std::size_t k = 0; k < kSectors; ++k) {
+                if (!seen[k]) continue;
+                const double angle = 2 * std::numbers::pi * (static_cast<double>(k) + 0.5) / kSectors, share = 0.24 * ring;
+                const double u = share * e.a * std::cos(angle), v = share * e.b * std::sin(angle);
+                const double x = e.x + u * ca - v * sa, y = e.y + u * sa + v * ca, value = level(x, y);
+                if (value < 0 || beside_glint(x, y, c)) continue;
                 ++n;
                 dark += value < t ? 1 : 0;
             }
@@ -372,16 +419,38 @@ struct PupilDetector::State {
         if (g.pixels == nullptr || g.width < 32 || g.height < 32 || g.width > kMaxImageSide || g.height > kMaxImageSide) return out;
         const cv::Mat image(g.height, g.width, CV_8UC1, const_cast<std::uint8_t*>(g.pixels), static_cast<std::size_t>(g.stride));
         const double r_min = min_radius(g), r_max = std::max(max_radius(g), r_min * 1.01);
-        Coarse c;
         find_candidates(image, r_min, r_max);
-        PupilEllipse e;
-        if (!choose(image, r_min, r_max, c, e)) return out;
-        const double clear = std::min(1.0, (c.outer - c.inner) / 40);
-        double support = 0.7;   // draft: the candidate's own ellipse, not looked at again
-        if (preset.rays > 0) {
-            const PupilEllipse rough = e;
+        const std::size_t count = choose(image, r_min, r_max);
+        double best = 0;
+        for (std::size_t i = 0; i < count; ++i) {
+            const Finalist f = finalists[i];
+            prepare_region(image, f.coarse);
+            PupilEllipse e = f.rough;
+            double quality = 0;
+            if (!work_out(f.coarse, r_min, r_max, e, quality)) continue;
+            // All that come so far look like pupils: the darkest is, unless hardly anything of its edge is seen.
+            const double score = std::min(0.35, quality) * (255 - f.coarse.inner) * (255 - f.coarse.inner);
+            if (score <= best) continue;
+            best = score;
+            out.found = true;
+            out.ellipse = e;
+            out.confidence = std::min(1.0, quality * 1.1) * std::min(1.0, (f.coarse.outer - f.coarse.inner) / 40);
+            out.glint_count = 0;
+            find_glints(e, out);
+        }
+        return out;
+    }
+
+    // From a rough ellipse to the pupil's, if it is one.
+    bool work_out(const Coarse& c, double r_min, double r_max, PupilEllipse& e, double& quality) {
+        double support = 0.7;   // draft: the candidate's own ellipse, with few rays
+        const PupilEllipse rough = e;
+        if (preset.rays == 0) {
+            cast_rays(rough.x, rough.y, c, &rough, kTrialRays, 1.0);
+            (void)select(e, 2.0);
+        } else {
             cast_rays(rough.x, rough.y, c, &rough, preset.rays, preset.step_px);
-            if (!fit_robustly(r_min, r_max, preset.samples, e)) return out;
+            if (!fit_robustly(r_min, r_max, preset.samples, e)) return false;
             for (int round = 0; round < preset.rounds; ++round) {
                 // Near the edge there is little left to go wrong: a quarter of the samples will do.
                 const PupilEllipse before = e;
@@ -390,12 +459,8 @@ struct PupilDetector::State {
             }
             support = static_cast<double>(select(e, 1.5)) / preset.rays;
         }
-        const double quality = support * fill(e, c);
-        out.found = quality >= kMinQuality && plausible(e, r_min, r_max);
-        out.ellipse = e;
-        out.confidence = out.found ? std::min(1.0, quality * 1.1) * clear : 0;
-        if (out.found) find_glints(e, out);
-        return out;
+        quality = support * fill(e, c);
+        return quality >= kMinQuality && core_fill(e, c) >= kMinCore && plausible(e, r_min, r_max);
     }
 };
 

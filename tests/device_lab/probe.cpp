@@ -15,6 +15,7 @@
 #include <dirent.h>
 #include <fcntl.h>
 #include <map>
+#include <optional>
 #include <poll.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -271,17 +272,36 @@ int compare(const std::string& truth_file, const std::string& recording_file, in
 }
 
 int nearest(const std::string& truth_file, const std::string& recording_file, int argc, char** argv) {
-    const Arguments args(argc, argv, {"--tolerance-mdeg", "--least"});
-    const auto truth = replay::load_recording(truth_file), seen = replay::load_recording(recording_file);
+    const Arguments args(argc, argv, {"--tolerance-mdeg", "--least", "--models"});
+    const auto truth = replay::load_recording(truth_file);
     if (!truth) die(truth.error().message());
-    if (!seen) die(seen.error().message());
+    std::vector<std::optional<Direction<HeadFrame>>> seen;
+    std::vector<double> us;   // from the camera's stamp to publishing
+    if (args.text("--models", "no") == "yes") {
+        const auto reader = replay::SessionReader::open(recording_file);
+        if (!reader) die(reader.error().message());
+        const auto read = reader->models([&](const MotionModel& m) {
+            const auto& e = m.eye(Eye::combined);
+            const bool own = e.reference == m.exposed && e.event != GazeEvent::blink;   // else an older gaze is held
+            seen.push_back(own ? std::optional(e.gaze_dir_head) : std::nullopt);
+            us.push_back(static_cast<double>((m.published - m.exposed).count()) * 1e-3);
+            return true;
+        });
+        if (!read) die(read.error().message());
+    } else {
+        const auto recording = replay::load_recording(recording_file);
+        if (!recording) die(recording.error().message());
+        for (const auto& r : recording->samples) {
+            const EyeState& e = r.sample.eye(Eye::combined);
+            seen.push_back(e.valid ? std::optional(e.gaze_dir_head) : std::nullopt);
+        }
+    }
     long valid = 0, close = 0, in_turn = 0, pairs = 0;
     std::vector<double> off;
     std::size_t last = 0;
     bool has_last = false;
-    for (const auto& r : seen->samples) {
-        const EyeState& e = r.sample.eye(Eye::combined);
-        if (!e.valid) { has_last = false; continue; }
+    for (const auto& dir : seen) {
+        if (!dir) { has_last = false; continue; }
         ++valid;
         // Neighbouring pictures may look the same way: the one that is due is asked first.
         std::size_t best = 0;
@@ -289,7 +309,7 @@ int nearest(const std::string& truth_file, const std::string& recording_file, in
         const std::size_t n = truth->samples.size();
         for (std::size_t k = 0; k < n; ++k) {
             const std::size_t i = ((has_last ? last + 1 : 0) + k) % n;
-            const double deg = angle_between(e.gaze_dir_head, truth->samples[i].sample.eye(Eye::combined).gaze_dir_head) * 57.29577951308232;
+            const double deg = angle_between(*dir, truth->samples[i].sample.eye(Eye::combined).gaze_dir_head) * 57.29577951308232;
             if (deg < best_deg - 0.05) { best_deg = deg; best = i; }
         }
         off.push_back(best_deg);
@@ -302,8 +322,9 @@ int nearest(const std::string& truth_file, const std::string& recording_file, in
         has_last = true;
     }
     std::ranges::sort(off);
-    std::printf("nearest valid=%ld of %zu close=%ld in_turn=%ld of %ld median_mdeg=%.1f worst_mdeg=%.1f\n", valid, seen->samples.size(), close,
+    std::printf("nearest valid=%ld of %zu close=%ld in_turn=%ld of %ld median_mdeg=%.1f worst_mdeg=%.1f\n", valid, seen.size(), close,
                 in_turn, pairs, off.empty() ? 0 : off[off.size() / 2] * 1e3, off.empty() ? 0 : off.back() * 1e3);
+    print_latencies("published", std::move(us));
     return valid >= args.number("--least", 1) && close == valid && in_turn * 10 >= pairs * 8 ? 0 : 1;
 }
 
@@ -329,7 +350,7 @@ int session(const std::string& truth_file, const std::string& file, int argc, ch
         const auto t = s == samples.end() ? by_time.end() : by_time.find(s->second.device_time.ns);
         if (t == by_time.end()) { ++unknown; return true; }
         estimated += m.exposed_estimated ? 1 : 0;
-        if (latency) {
+        if (latency && models > 100) {   // the first waited while the device was opened
             us.push_back(static_cast<double>(to_ns(m.published) - t->first) * 1e-3);
             received_us.push_back(static_cast<double>(to_ns(m.received) - t->first) * 1e-3);
             if (models > 500) worst_clock_us = std::max(worst_clock_us, std::abs(static_cast<double>(to_ns(m.exposed) - t->first)) * 1e-3);

@@ -1,9 +1,13 @@
-// An eye camera on the kernel's USB bus: UVC 1.1, 8-bit grey, bulk streaming, made by vhci_hcd; the kernel's own uvcvideo
+// An eye camera on the kernel's USB bus: UVC 1.1, 8-bit grey or motion JPEG, bulk streaming, made by vhci_hcd; the kernel's own uvcvideo
 // binds to it. It shows rendered eyes that look where a recording looks, --pictures of them in turn.
 //
-// Source: Universal Serial Bus Device Class Definition for Video Devices 1.1; payloads: Uncompressed, section 2.2.
+// Source: Universal Serial Bus Device Class Definition for Video Devices 1.1; payloads: Uncompressed,
+// section 2.2; MJPEG, section 3.
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
+
+#include <jpeglib.h>
 
 #include "drivers/synthetic/eye_image.hpp"
 #include "tests/device_lab/feed.hpp"
@@ -27,7 +31,32 @@ void put32(std::vector<std::uint8_t>& b, std::size_t at, std::size_t v) {
     put16(b, at + 2, v >> 16);
 }
 
-UsbDescriptors camera_descriptors(std::size_t width, std::size_t height, std::size_t fps) {
+std::vector<std::uint8_t> as_jpeg(const std::vector<std::uint8_t>& pixels, int side) {
+    jpeg_compress_struct c{};
+    jpeg_error_mgr error{};
+    c.err = jpeg_std_error(&error);
+    jpeg_create_compress(&c);
+    unsigned char* out = nullptr;
+    unsigned long size = 0;
+    jpeg_mem_dest(&c, &out, &size);
+    c.image_width = c.image_height = static_cast<JDIMENSION>(side);
+    c.input_components = 1;
+    c.in_color_space = JCS_GRAYSCALE;
+    jpeg_set_defaults(&c);
+    jpeg_set_quality(&c, 90, TRUE);
+    jpeg_start_compress(&c, TRUE);
+    for (int y = 0; y < side; ++y) {
+        auto* row = const_cast<JSAMPLE*>(pixels.data() + static_cast<std::ptrdiff_t>(y) * side);
+        jpeg_write_scanlines(&c, &row, 1);
+    }
+    jpeg_finish_compress(&c);
+    jpeg_destroy_compress(&c);
+    std::vector<std::uint8_t> bytes(out, out + size);
+    std::free(out);
+    return bytes;
+}
+
+UsbDescriptors camera_descriptors(std::size_t width, std::size_t height, std::size_t fps, bool jpeg) {
     UsbDescriptors d;
     d.strings = {"Fovea device lab", "Emulated eye camera", "LAB3"};
     d.device = {18, 1, 0x00, 0x02, 0xEF, 2, 1, 64, 0x50, 0x1D, 0xE4, 0xE7, 0x00, 0x01, 1, 2, 3, 1};
@@ -43,9 +72,10 @@ UsbDescriptors camera_descriptors(std::size_t width, std::size_t height, std::si
     add({18, 0x24, 2, 1, 1, 2, 0, 0, 0, 0, 0, 0, 0, 0, 3, 0, 0, 0});   // camera terminal, no controls
     add({9, 0x24, 3, 2, 1, 1, 0, 1, 0});                     // output terminal
     add({9, 4, 1, 0, 1, 0x0E, 2, 0, 0});                     // video streaming
-    add({14, 0x24, 1, 1, 77, 0, kEndpoint, 0, 2, 0, 0, 0, 1, 0});
-    add({27, 0x24, 4, 1, 1, 'Y', '8', '0', '0', 0, 0, 0x10, 0, 0x80, 0, 0, 0xAA, 0, 0x38, 0x9B, 0x71, 8, 1, 0, 0, 0, 0});
-    const std::size_t f = add({30, 0x24, 5, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0});
+    add({14, 0x24, 1, 1, static_cast<std::uint8_t>(jpeg ? 61 : 77), 0, kEndpoint, 0, 2, 0, 0, 0, 1, 0});
+    if (jpeg) add({11, 0x24, 6, 1, 1, 1, 1, 0, 0, 0, 0});
+    else add({27, 0x24, 4, 1, 1, 'Y', '8', '0', '0', 0, 0, 0x10, 0, 0x80, 0, 0, 0xAA, 0, 0x38, 0x9B, 0x71, 8, 1, 0, 0, 0, 0});
+    const std::size_t f = add({30, 0x24, static_cast<std::uint8_t>(jpeg ? 7 : 5), 1, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0});
     put16(c, f + 5, width);
     put16(c, f + 7, height);
     put32(c, f + 9, width * height * 8 * fps);
@@ -62,7 +92,8 @@ UsbDescriptors camera_descriptors(std::size_t width, std::size_t height, std::si
 }  // namespace
 
 int main(int argc, char** argv) {
-    const Arguments args(argc, argv, {"--recording", "--rate", "--frames", "--cycles", "--truth", "--port", "--side", "--pictures"});
+    const Arguments args(argc, argv, {"--recording", "--rate", "--frames", "--cycles", "--truth", "--port", "--side", "--pictures", "--format"});
+    const bool jpeg = args.text("--format", "GREY") == "MJPG";
     std::setvbuf(stdout, nullptr, _IOLBF, 0);
     std::signal(SIGTERM, [](int) { stop = 1; });
     std::signal(SIGINT, [](int) { stop = 1; });
@@ -82,7 +113,8 @@ int main(int argc, char** argv) {
             scene.pupil_y = centre - radius * s.dir.y;
             scene.pupil_a = scene.pupil_b = 0.1 * side;
             scene.glints = 1;
-            pictures.push_back(drivers::synthetic::render_eye(scene));
+            const auto pixels = drivers::synthetic::render_eye(scene);
+            pictures.push_back(jpeg ? as_jpeg(pixels, side) : pixels);
             log.add(s, MonotonicClock::now());
         }
     }
@@ -95,7 +127,7 @@ int main(int argc, char** argv) {
     put32(probe, 26, 48'000'000);
     unsigned long shown = 0;
     for (long done = 0; done < cycles && !stop; ++done) {
-        VhciDevice device(camera_descriptors(static_cast<std::size_t>(side), static_cast<std::size_t>(side), static_cast<std::size_t>(fps)),
+        VhciDevice device(camera_descriptors(static_cast<std::size_t>(side), static_cast<std::size_t>(side), static_cast<std::size_t>(fps), jpeg),
                           static_cast<int>(args.number("--port", 0)));
         device.on_request = [&](const UsbSetup& s, std::span<const std::uint8_t>) -> std::optional<std::vector<std::uint8_t>> {
             const int selector = s.value >> 8;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -120,6 +121,31 @@ TEST(PupilDetector, FindsNothingWhereThereIsNothing) {
         EXPECT_FALSE(d.detect({flat.data(), 192, 192, 192}).found);
         EXPECT_FALSE(d.detect({}).found);
         EXPECT_FALSE(d.detect({flat.data(), 16, 16, 16}).found);
+    }
+}
+
+TEST(PupilDetector, TakesTheLashesOfAClosedEyeForAPupilOnlyRarely) {
+    constexpr int kPictures = 12;
+    const std::array presets = {PupilPreset::draft, PupilPreset::fast, PupilPreset::balanced, PupilPreset::best};
+    std::array<int, 4> imagined{}, open{};
+    for (int i = 0; i < kPictures; ++i) {
+        EyeImageScene s = scene(75 + 4 * i, 112 - 2 * i, 12 + i);
+        s.lashes = 15;
+        s.noise = 4;
+        s.seed = static_cast<std::uint64_t>(i) + 1;
+        s.upper_lid = 0.2;
+        const auto lashes = render_eye(s);
+        s.upper_lid = 1;
+        const auto closed = render_eye(s);
+        for (std::size_t p = 0; p < presets.size(); ++p) {
+            PupilDetector detector({.preset = presets[p]});
+            open[p] += detector.detect({lashes.data(), s.width, s.height, s.width}).found ? 1 : 0;
+            imagined[p] += detector.detect({closed.data(), s.width, s.height, s.width}).found ? 1 : 0;
+        }
+    }
+    for (std::size_t p = 0; p < presets.size(); ++p) {
+        EXPECT_LE(imagined[p], kPictures / 3) << to_string(presets[p]) << ": without the look below the edge it is most of them";
+        EXPECT_EQ(open[p], kPictures) << to_string(presets[p]) << ": the same lashes before an open eye";
     }
 }
 
