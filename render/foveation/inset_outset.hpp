@@ -33,6 +33,7 @@ public:
                      std::span<const ViewFocus> focus) noexcept override;
     [[nodiscard]] const density::Plan* plan(std::size_t) const noexcept override { return nullptr; }
     [[nodiscard]] Region full_region(std::size_t view) const noexcept override;
+    [[nodiscard]] double outside_scale() const noexcept override { return settings_.inset_outset.ratio; }
     [[nodiscard]] std::uint64_t counted_fragments() override { return counter_.read(); }
 
 private:

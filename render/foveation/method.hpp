@@ -130,6 +130,8 @@ public:
         double x_ndc = 0, y_ndc = 0, half_width_ndc = 4, half_height_ndc = 4;   // beyond every corner: the whole view
     };
     [[nodiscard]] virtual Region full_region(std::size_t) const noexcept { return {}; }
+    // Pixels per axis outside that region, against full, of a method without bins; (0, 1].
+    [[nodiscard]] virtual double outside_scale() const noexcept { return 1; }
     // Fragments of the last submit, by the GPU's own count; waits for it. 0 unless count_fragments was set.
     [[nodiscard]] virtual std::uint64_t counted_fragments() = 0;
 };

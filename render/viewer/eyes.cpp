@@ -1,5 +1,6 @@
 #include "render/viewer/eyes.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 
@@ -117,6 +118,33 @@ bool Eyes::warm_up(const TimeSource& time) {
         if (!gl::Fence::insert().wait(time)) return false;
     }
     return true;
+}
+
+const density::Plan* Eyes::levels(std::size_t eye) {
+    if (const density::Plan* plan = drawn_->plan(eye)) return plan;
+    const double scale = drawn_->outside_scale();
+    if (!(scale > 0 && scale < 1)) return nullptr;
+    std::optional<density::Plan>& plan = like_a_plan_[eye];
+    if (!plan || plan->settings().width_px != width() || plan->settings().height_px != height()) {
+        density::PlanSettings s;
+        s.width_px = width();
+        s.height_px = height();
+        s.bin_px = std::max(4, width() / 192);   // fine enough for a circle
+        auto made = density::Plan::create(s);
+        if (!made) return nullptr;
+        plan.emplace(*std::move(made));
+    }
+    const foveation::Method::Region r = drawn_->full_region(eye);
+    const auto outside = static_cast<std::uint8_t>(std::clamp(std::lround(-std::log2(scale)), 1L, 2L));
+    levels_.clear();
+    for (int row = 0; row < plan->rows(); ++row)
+        for (int column = 0; column < plan->columns(); ++column) {
+            const double dx = ((2.0 * column + 1) * plan->bin_px() / width() - 1 - r.x_ndc) / r.half_width_ndc;
+            const double dy = ((2.0 * row + 1) * plan->bin_px() / height() - 1 - r.y_ndc) / r.half_height_ndc;
+            levels_.push_back(dx * dx + dy * dy < 1 ? std::uint8_t{0} : outside);
+        }
+    plan->assign_levels(levels_);
+    return &*plan;
 }
 
 }  // namespace fovea::viewer

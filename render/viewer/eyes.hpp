@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "render/density/fovea_size.hpp"
 #include "render/effects/declared.hpp"
@@ -51,6 +52,9 @@ public:
     [[nodiscard]] const gl::RenderTarget& target(std::size_t eye) const noexcept { return owned_[eye]; }
     // That drew the last frame.
     [[nodiscard]] const foveation::Method& method() const noexcept { return *drawn_; }
+    // The levels of the last frame, for pictures of them: the method's plan, or one like it where the method has no bins:
+    // level 0 in its region, the level nearest to its scale outside. Null: all full.
+    [[nodiscard]] const density::Plan* levels(std::size_t eye);
     [[nodiscard]] std::string method_name() const { return quality_ ? std::string(drawn_->name()) : method_name_; }
 
 private:
@@ -73,6 +77,8 @@ private:
     std::array<foveation::ViewTarget, kEyes> targets_;
     std::array<foveation::ViewFocus, kEyes> focus_;
     gl::CommandList draws_;
+    std::array<std::optional<density::Plan>, kEyes> like_a_plan_;
+    std::vector<std::uint8_t> levels_;
 };
 
 }  // namespace fovea::viewer

@@ -17,6 +17,7 @@ using Color = std::array<std::uint8_t, 3>;
 // The colours of Varjo's pictures: blue 1x1, green 2x2, red 4x4; orange for an eighth.
 constexpr std::array<Color, 4> kLevelColors{{{70, 120, 255}, {60, 210, 90}, {235, 70, 60}, {255, 170, 40}}};
 constexpr std::array kLevelNames{"1", "1/2", "1/4", "1/8"};
+constexpr std::array kRateNames{"1X1", "2X2", "4X4", "8X8"};
 constexpr double kTint = 0.20;
 
 // 3x5 characters, five rows of three from the top.
@@ -106,7 +107,7 @@ void draw_levels(Canvas& canvas, const Snapshot& s, const SnapshotView& v, int l
             const int level = level_at(v, x, y);
             const Color& c = kLevelColors[static_cast<std::size_t>(std::min(level, 3))];
             const bool edge = (x >= line && level_at(v, x - line, y) != level) || (y >= line && level_at(v, x, y - line) != level);
-            canvas.blend(left + x, h - 1 - y, c, edge ? 0.9 : level == 0 ? 0.08 : kTint);
+            canvas.blend(left + x, h - 1 - y, c, edge ? 0.9 : level == 0 ? 0.12 : kTint);
         }
     const double cx = left + (v.focal_x_ndc + 1) / 2 * w, cy = (1 - v.focal_y_ndc) / 2 * h;
     const int arm = w / 40, t = std::max(1, w / 400), x = static_cast<int>(cx), y = static_cast<int>(cy);
@@ -131,7 +132,7 @@ void draw_legend(Canvas& canvas, const Snapshot& s, int top) {
         if (bins[i] == 0 && !(i == 0 && all == 1)) continue;
         canvas.fill(x, mid, x + 5 * scale, mid + 5 * scale, kLevelColors[i], 1);
         x += 8 * scale;
-        std::snprintf(text.data(), text.size(), "%s RES. %.1f%% OF THE VIEW", kLevelNames[i], 100.0 * static_cast<double>(bins[i]) / static_cast<double>(all));
+        std::snprintf(text.data(), text.size(), "%s RES. (%s) %.1f%%", kLevelNames[i], kRateNames[i], 100.0 * static_cast<double>(bins[i]) / static_cast<double>(all));
         canvas.text(x, mid, scale, text.data(), {225, 228, 235});
         x += (static_cast<int>(std::strlen(text.data())) * 4 + 8) * scale;
     }

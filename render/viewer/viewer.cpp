@@ -146,7 +146,7 @@ private:
     void compose(const Frame& frame, const std::array<gl::Name, kEyes>& pictures) {
         Overlay overlay;
         if (controls_.levels)
-            for (std::size_t i = 0; i < kEyes; ++i) overlay.levels[i] = eyes_.method().plan(i);
+            for (std::size_t i = 0; i < kEyes; ++i) overlay.levels[i] = eyes_.levels(i);
         Latched now;
         if (controls_.gaze && frame.latched().live()) {
             now = latch(time_.now());
@@ -244,7 +244,7 @@ private:
         snapshot_ = snapshot_of(newest_.number, eyes_.method_name(), newest_.latched().live(), newest_.shaded());
         for (std::size_t i = 0; i < kEyes; ++i) {
             const fovea_focal& f = newest_.latched().focals[i];
-            SnapshotView v = read_view(eyes_.target(i), eyes_.method().plan(i));
+            SnapshotView v = read_view(eyes_.target(i), eyes_.levels(i));
             v.focal_x_ndc = f.x_ndc;
             v.focal_y_ndc = f.y_ndc;
             v.radius95_x_ndc = f.radius95_rad * f.ndc_per_rad_x;

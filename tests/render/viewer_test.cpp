@@ -1,6 +1,9 @@
 // The viewer as a user meets it: the program, its messages, its exit codes and what it leaves behind; and its display.
 #include <gtest/gtest.h>
+#include <png.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
@@ -174,6 +177,35 @@ TEST_F(Viewer, MeasuresTheLateLatchAndTheSecondBestInTheSameFrames) {
         for (const char* until : {"to_submit_ms", "to_gpu_done_ms", "to_photon_ms"}) EXPECT_GT(latch["early"][until], latch["late"][until]) << until;
         EXPECT_GT(latch["late"]["to_submit_ms"], 0);
         EXPECT_EQ(nlohmann::json::parse(r.out)["latch_to_gpu_done_ms"], latch[used]["to_gpu_done_ms"]);
+    }
+}
+
+// The colours of Varjo's page, in the legend of the picture: blue 1x1, green 2x2, red 4x4; also of methods without bins.
+TEST_F(Viewer, TheLevelsPictureHasTheColoursOfTheMethodsRates) {
+    constexpr std::array<std::uint8_t, 3> kBlue{70, 120, 255}, kGreen{60, 210, 90}, kRed{235, 70, 60};
+    struct Row {
+        const char* method;
+        bool blue, green, red;
+    };
+    for (const Row row : {Row{"full", true, false, false}, Row{"scaled_bins --fovea-deg 5 --fovea-max-deg 5 --gain 9", true, true, true}, Row{"shading_rate", true, true, true},
+                          Row{"inset_outset", true, true, false}}) {
+        const fs::path out = dir_ / "pictures";
+        const Outcome r = run("--wait --frames 2 --size 256 --out " + quoted(out) + " --method " + row.method);
+        ASSERT_EQ(r.exit_code, 0) << r.err;
+        png_image image{};
+        image.version = PNG_IMAGE_VERSION;
+        ASSERT_NE(png_image_begin_read_from_file(&image, (out / "frame_levels.png").c_str()), 0);
+        image.format = PNG_FORMAT_RGB;
+        std::vector<std::uint8_t> pixels(PNG_IMAGE_SIZE(image));
+        ASSERT_NE(png_image_finish_read(&image, nullptr, pixels.data(), 0, nullptr), 0);
+        const auto has = [&](const std::array<std::uint8_t, 3>& colour) {
+            for (std::size_t i = 256 * image.width * 3; i + 2 < pixels.size(); i += 3)   // the legend, below the pictures
+                if (std::equal(colour.begin(), colour.end(), pixels.begin() + static_cast<std::ptrdiff_t>(i))) return true;
+            return false;
+        };
+        EXPECT_EQ(has(kBlue), row.blue) << row.method;
+        EXPECT_EQ(has(kGreen), row.green) << row.method;
+        EXPECT_EQ(has(kRed), row.red) << row.method;
     }
 }
 
