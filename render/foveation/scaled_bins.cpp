@@ -206,8 +206,9 @@ void ScaledBins::upload(View& view) noexcept {
     const auto put = [&](int level, float dilate_x, float dilate_y) {
         for (const density::BinRect& r : plan.rectangles(level)) {
             const density::PixelRect p = plan.pixels(r);
-            staging_[n++] = {static_cast<float>(p.x0) * w - 1 - dilate_x, static_cast<float>(p.y0) * h - 1 - dilate_y,
-                             static_cast<float>(p.x1) * w - 1 + dilate_x, static_cast<float>(p.y1) * h - 1 + dilate_y};
+            // Not beyond the image: softpipe would clip the two triangles of a rectangle apart and leave a pinhole between them.
+            staging_[n++] = {std::max(-1.0f, static_cast<float>(p.x0) * w - 1 - dilate_x), std::max(-1.0f, static_cast<float>(p.y0) * h - 1 - dilate_y),
+                             std::min(1.0f, static_cast<float>(p.x1) * w - 1 + dilate_x), std::min(1.0f, static_cast<float>(p.y1) * h - 1 + dilate_y)};
         }
     };
     for (int level = 0; level < plan.settings().level_count; ++level) {
