@@ -78,6 +78,19 @@ TEST(AutoMode, WithoutADaemonTheMiddleStaysSharp) {
     EXPECT_EQ(ran.out.substr(0, 24), "scene: middle 1 corner 4");
 }
 
+TEST(AutoMode, FollowsFoveadsGaze) {
+    const std::string folder = temporary("fovead"), page = folder + "/page.html";
+    ASSERT_EQ(mkdir(folder.c_str(), 0700), 0);
+    const std::string fovead = kBin + "/fovead --set source.driver=synthetic --set source.path=" FOVEA_SOURCE_DIR "/configs/scenarios/reading.toml --run-dir " +
+                               folder + " --ready-file " + folder + "/ready";
+    const std::string trace = "FOVEA_SOCKET=" + folder + "/focus.sock " + kBin + "/fovea layer trace --library " FOVEA_LAYER_LIBRARY " --auto -o " + page + " -- " +
+                              kProgram + "scene scene scene";
+    const Ran ran = shell("sh -c 'mkfifo " + folder + "/ready; " + fovead + " >/dev/null & read line < " + folder + "/ready; " + trace + "; kill $!'");
+    EXPECT_NE(ran.out.find("scene"), std::string::npos);
+    EXPECT_NE(file_text(page).find("from a live fovead"), std::string::npos);
+    (void)shell("rm -r " + folder);
+}
+
 TEST(AutoMode, RulesOfTheProgramAreFoundByItsName) {
     const std::string folder = temporary("rules");
     ASSERT_EQ(mkdir(folder.c_str(), 0700), 0);
