@@ -54,7 +54,6 @@ constexpr std::array<EffectEntry, kEffects> kEffectEntries{{
     {Effect::finer_periphery, "finer_periphery", "density read as area: more pixels outside the fovea",
      "highlights, print or wires, which crawl at coarse levels when the picture moves", kBins},
     {Effect::extrapolation, "extrapolation", "a frame between frames from the last two", "motion, and a frame budget that is missed", "*"},
-    {Effect::motion_vectors, "motion_vectors", "each object's own motion, drawn for the extrapolation", "extrapolation of objects that move on their own", "*"},
     {Effect::fragment_counter, "fragment_counter", "counts shaded fragments with an atomic counter", "a measurement that asks for it", "*"},
 }};
 
@@ -169,9 +168,6 @@ Plan plan(const Needs& measured, const Situation& s, const Declared& declared) {
     decide(Effect::extrapolation, {extrapolate, s.budget_ms > 0 ? text("a frame takes %.1f ms of a budget of %.1f ms; objects move %.1f px, the camera %.1f px a frame", frame_ms,
                                                                        s.budget_ms, n.moving_share > 0 ? n.object_px : 0.0, n.camera_px)
                                                                 : std::string("no frame budget is set")});
-    const bool needed = p.on(Effect::extrapolation) && n.moving_share > 0;
-    decide(Effect::motion_vectors, {needed, needed ? text("objects on %.1f %% of the picture move on their own", 100 * n.moving_share)
-                                          : p.on(Effect::extrapolation) ? "nothing moves on its own" : "no extrapolation"});
     decide(Effect::fragment_counter, {s.count_fragments, s.count_fragments ? "asked for" : "not asked for"});
     if (choose && foveation.on && !measured_it) p.method_ = "auto";
     return p;

@@ -30,10 +30,9 @@ enum class Effect : std::uint8_t {
     msaa,               // several samples a pixel
     finer_periphery,    // density read as area: more pixels outside the fovea
     extrapolation,      // frames between frames, where the budget is missed
-    motion_vectors,     // each object's own motion, for extrapolation
     fragment_counter,   // debug: counts what was really shaded
 };
-inline constexpr std::size_t kEffects = 10;
+inline constexpr std::size_t kEffects = 9;
 
 // What a scene asks for. 0 where nothing is known or nothing is there.
 struct Needs {

@@ -92,7 +92,7 @@ Result<void> measure_frames(const scene::Scene& scene, const Situation& s, const
 }
 
 Result<std::optional<Cost>> measure_effect(Effect e, const scene::Scene& scene, const Plan& planned, const Situation& s, const MeasureSettings& settings) {
-    if (e == Effect::extrapolation || e == Effect::motion_vectors || e == Effect::foveation) return std::optional<Cost>{};
+    if (e == Effect::extrapolation || e == Effect::foveation) return std::optional<Cost>{};
     std::vector<Way> ways;
     Situation situation = s;
     situation.method = planned.method();

@@ -32,7 +32,7 @@ TEST_F(SceneCommand, ListsEveryScene) {
 
 TEST_F(SceneCommand, ExplainsEachEffectWithItsReasonAndCost) {
     const auto all = explained("thin --method inset_outset --size 96 --repeat 1");
-    ASSERT_EQ(all["effects"].size(), 10u);
+    ASSERT_EQ(all["effects"].size(), 9u);
     for (const auto& e : all["effects"]) EXPECT_NE(e["reason"], "") << e;
     EXPECT_EQ(effect(all, "msaa")["on"], true);
     EXPECT_THAT(effect(all, "msaa")["reason"].get<std::string>(), HasSubstr("thin geometry"));
