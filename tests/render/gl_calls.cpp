@@ -2,7 +2,7 @@
 
 #include <epoxy/gl.h>
 
-// Every entry point that render's sources call: a test holds this list against them.
+// The entry points that render's sources call: a test holds those that make or draw something against this list.
 #define COUNTED_CALLS(X) \
     X(glActiveTexture) X(glAttachShader) X(glBindBuffer) X(glBindBufferBase) X(glBindBufferRange) \
     X(glBindFramebuffer) X(glBindRenderbuffer) X(glBindTexture) X(glBindVertexArray) X(glBlendFuncSeparate) \
@@ -22,6 +22,7 @@
     X(glScissor) X(glShaderSource) X(glStencilFunc) X(glStencilMask) X(glStencilOp) \
     X(glTexParameteri) X(glTexStorage2D) X(glTexSubImage2D) X(glTexSubImage3D) X(glUniform1f) \
     X(glUniform1ui) X(glUniform2f) X(glUniform4f) X(glUniform4fv) X(glUnmapBuffer) \
+    X(glGetRenderbufferParameteriv) X(glGetTexLevelParameteriv) X(glGetTexParameteriv) X(glTexParameterf) \
     X(glUseProgram) X(glVertexAttribDivisor) X(glVertexAttribIPointer) X(glVertexAttribPointer) X(glViewport) \
 
 

@@ -74,7 +74,7 @@ std::uint64_t objects_and_queries(const GlCalls& c) {
     return c.of_all("glGen") + c.of_all("glCreate") + c.of_all("glTexStorage") + c.of_all("glRenderbufferStorage") + c.of_all("glBufferData") + c.of_all("glFenceSync") + c.of_all("glShaderSource");
 }
 
-TEST_F(GlCallsTest, EveryCallThatTheSourcesMakeIsCountedAndNoneIsAQuery) {
+TEST_F(GlCallsTest, EveryCallThatMakesOrDrawsIsCountedAndNoneIsAQuery) {
     std::set<std::string> called;
     const std::regex call(R"(\b(gl[A-Z][A-Za-z0-9]*)\s*\()");
     for (const char* room : {"gl", "foveation", "scene", "effects", "quality"})
@@ -85,8 +85,9 @@ TEST_F(GlCallsTest, EveryCallThatTheSourcesMakeIsCountedAndNoneIsAQuery) {
             for (std::sregex_iterator it(text.begin(), text.end(), call), end; it != end; ++it) called.insert((*it)[1]);
         }
     const auto counted = counted_gl_calls();
+    const std::regex makes("^gl(Gen|Create|Begin|Draw|Dispatch|Blit|Clear|Copy|FenceSync|BufferData|ShaderSource)|Storage|Image");
     for (const std::string& name : called) {
-        EXPECT_THAT(counted, testing::Contains(name)) << "add it to tests/render/gl_calls.cpp";
+        if (std::regex_search(name, makes)) EXPECT_THAT(counted, testing::Contains(name)) << "add it to tests/render/gl_calls.cpp";
         EXPECT_EQ(name.find("Quer"), name.npos) << "a timer or occlusion query: its cost and who asks for it belong in the planner's table";
     }
     EXPECT_GT(called.size(), 60u);
