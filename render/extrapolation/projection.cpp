@@ -131,6 +131,13 @@ void Projection::fill_holes(int cell_px, bool mirrored) noexcept {
                     break;
                 }
             if (ways == 0) continue;
+            // A surface that grows tears open by a cell or two: what stands on both sides goes on there, whatever lies further off.
+            bool torn = false;
+            for (int way = 0; way < 4 && !torn; way += 2)
+                if (distance[way] != 0 && distance[way + 1] != 0 && distance[way] + distance[way + 1] <= 3) {
+                    torn = true;
+                    distance[2 - way] = distance[3 - way] = 0;
+                }
             // What lies behind: the way with the smallest front, ties to the shorter one.
             int chosen = -1;
             float low_u = 0, high_u = 0, low_v = 0, high_v = 0;
@@ -153,7 +160,7 @@ void Projection::fill_holes(int cell_px, bool mirrored) noexcept {
             // picture behind, of which only the part beyond the rim is known: mirrored there. Only with depth is the rim sure
             // enough for that; without, the gain is less than the loss where the motion's edge is a cell or two off.
             const float disagreement = std::max(high_u - low_u, high_v - low_v);
-            if (mirrored && ways > 1 && disagreement > 0.5f * static_cast<float>(cell_px)) {
+            if (mirrored && !torn && ways > 1 && disagreement > 0.5f * static_cast<float>(cell_px)) {
                 u += static_cast<float>(kWays[chosen][0] * (2 * distance[chosen] - 1) * cell_px);
                 v += static_cast<float>(kWays[chosen][1] * (2 * distance[chosen] - 1) * cell_px);
             }

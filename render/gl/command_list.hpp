@@ -76,6 +76,7 @@ public:
     [[nodiscard]] std::size_t size() const noexcept { return draws_.size(); }
     [[nodiscard]] const Clear& clear() const noexcept { return clear_; }
     [[nodiscard]] std::span<const Draw> draws() const noexcept { return draws_; }
+    [[nodiscard]] const Buffers& buffers() const noexcept { return buffers_; }
     [[nodiscard]] std::uint64_t triangles() const noexcept;
 
     // Issues the draws with depth test on. Returns how many were issued.

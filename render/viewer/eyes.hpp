@@ -36,6 +36,9 @@ public:
     // The draws of a frame, `time_s` after the start.
     void record(double time_s) { scene_->record(time_s, views_, draws_); }
     [[nodiscard]] scene::Pose camera(double time_s) const noexcept { return scene_->camera(time_s); }
+    // Of the frame last recorded.
+    [[nodiscard]] const gl::CommandList& draws() const noexcept { return draws_; }
+    [[nodiscard]] const scene::Scene& scene() const noexcept { return *scene_; }
     [[nodiscard]] bool late_fovea() const noexcept { return next().late_fovea(); }
     void submit_early(const Latched& latched) noexcept;
     foveation::FrameCost submit(const Latched& latched) noexcept;

@@ -45,7 +45,8 @@ std::string InBetween::backend() const {
     return std::string(extrapolation::backend_name(extrapolator_->backend())) + " (" + extrapolator_->reason() + ")";
 }
 
-Result<bool> InBetween::follow(std::size_t eye, const gl::RenderTarget& newest, const foveation::Method::Region& region, float factor) {
+Result<bool> InBetween::follow(std::size_t eye, const gl::RenderTarget& newest, const foveation::Method::Region& region, float factor,
+                               const extrapolation::KnownMotion* motion) {
     if (extrapolator_ == nullptr) {
         const int threads = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 4);
         auto made = extrapolation::GlExtrapolator::create(gl::driver_function, {.preset = preset_, .threads = threads, .backend = {}});
@@ -67,7 +68,7 @@ Result<bool> InBetween::follow(std::size_t eye, const gl::RenderTarget& newest, 
         const extrapolation::Gaze gaze{.x_px = (0.5f + 0.5f * static_cast<float>(region.x_ndc)) * w, .y_px = (0.5f + 0.5f * static_cast<float>(region.y_ndc)) * h,
                                        .full_radius_px = radius, .coarse_radius_px = 3 * radius};
         static_cast<void>(gl::pending_error());   // an older error is not the extrapolation's
-        const GLenum error = extrapolator_->extrapolate(last_[eye].color_texture(), newest.color_texture(), made_[eye].color_texture(), factor, {.gaze = &gaze});
+        const GLenum error = extrapolator_->extrapolate(last_[eye].color_texture(), newest.color_texture(), made_[eye].color_texture(), factor, {.motion = motion, .gaze = &gaze});
         if (error != GL_NO_ERROR) return fail("the driver refused to extrapolate a frame (GL error " + std::to_string(error) + ")", backend(), "use --extrapolate off");
     }
     gl::copy_color(newest, last_[eye]);

@@ -34,8 +34,9 @@ public:
     // Whether the frame that has just been rendered is to be followed by an extrapolated one: forced, or by the planner's rule.
     [[nodiscard]] bool called_for(const effects::Needs& needs, Duration frame_cost, Duration budget) const noexcept;
     // Takes the eye's newest picture. True: target(eye) holds what follows it `factor` of a frame time later. False: it was the first of its size, or the
-    // first after a gap. `region`: where the picture is sharp; effort is spent there.
-    [[nodiscard]] Result<bool> follow(std::size_t eye, const gl::RenderTarget& newest, const foveation::Method::Region& region, float factor);
+    // first after a gap. `region`: where the picture is sharp; effort is spent there. `motion`: where its points will be, if known.
+    [[nodiscard]] Result<bool> follow(std::size_t eye, const gl::RenderTarget& newest, const foveation::Method::Region& region, float factor,
+                                      const render::extrapolation::KnownMotion* motion = nullptr);
     // The next picture does not continue the last one.
     void forget() noexcept { known_ = {}; }
 

@@ -70,6 +70,9 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
     app.add_option("--extrapolate", extrapolate,
                    "show an extrapolated frame after each rendered one: off, auto (while the picture moves and frames take longer than a refresh), on")
         ->check(CLI::IsMember({"off", "auto", "on"}))->capture_default_str();
+    std::string motion = "known";
+    app.add_option("--extrapolation-motion", motion, "known: from the camera's and the objects' motion and the depth; searched: from the pictures")
+        ->check(CLI::IsMember({"known", "searched"}))->capture_default_str();
     app.add_option("--extrapolation-preset", preset, "what an extrapolated frame may cost")
         ->check(CLI::IsMember({"draft", "fast", "balanced", "best"}))->capture_default_str();
     app.add_option("--out", o.out, "directory for frame.png and frame_levels.png (made if missing)");
@@ -88,6 +91,7 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
         *exit_code = app.exit(e) == 0 ? kSuccess : kUsage;
         return std::nullopt;
     }
+    o.known_motion = motion == "known";
     o.extrapolate = extrapolate == "on" ? Extrapolate::on : extrapolate == "auto" ? Extrapolate::automatic : Extrapolate::off;
     o.extrapolation_preset = *render::extrapolation::preset_from_name(preset.c_str());   // checked above
     if (!parse_size(size, &o.width_px, &o.height_px)) {

@@ -29,6 +29,7 @@ struct Options {
     density::FoveaSizeSettings fovea;
     double speed = 1;                   // of the scene's camera and lamps
     Extrapolate extrapolate = Extrapolate::off;
+    bool known_motion = true;           // the renderer tells the extrapolation how its points move
     render::extrapolation::Preset extrapolation_preset = render::extrapolation::Preset::fast;
     std::string out;                    // directory; empty: no pictures
     long snapshot_frame = 0;            // 0: a live frame past the middle

@@ -23,8 +23,9 @@ std::string to_text(const Summary& s, const Options& o) {
                   static_cast<unsigned long long>(s.photons_estimated), static_cast<unsigned long long>(s.photons_simulated), static_cast<unsigned long long>(s.never_shown));
     std::string out = text.data();
     if (s.extrapolated != 0) {
-        std::snprintf(text.data(), text.size(), "extrapolated %llu frames between them: %.1f ms each, photon %.1f ms after the latch (medians); %s\n",
-                      static_cast<unsigned long long>(s.extrapolated), s.extrapolation_ms, s.latch_to_photon_extrapolated_ms, s.extrapolation_backend.c_str());
+        std::snprintf(text.data(), text.size(), "extrapolated %llu frames between them: %.1f ms each, photon %.1f ms after the latch (medians); motion %s; %s\n",
+                      static_cast<unsigned long long>(s.extrapolated), s.extrapolation_ms, s.latch_to_photon_extrapolated_ms, s.extrapolation_knows_motion ? "known" : "searched",
+                      s.extrapolation_backend.c_str());
         out += text.data();
     }
     if (s.extrapolated_psnr_db > 0) {
@@ -61,7 +62,7 @@ std::string to_json(const Summary& s, const Options& o) {
                     {"photons_measured", s.photons_measured}, {"photons_estimated", s.photons_estimated}, {"photons_simulated", s.photons_simulated},
                     {"never_shown", s.never_shown}, {"photon_error_ms", s.photon_error_ms}};
     if (s.extrapolated != 0)
-        j["extrapolation"] = {{"frames", s.extrapolated}, {"preset", render::extrapolation::preset_name(o.extrapolation_preset)}, {"backend", s.extrapolation_backend},
+        j["extrapolation"] = {{"frames", s.extrapolated}, {"preset", render::extrapolation::preset_name(o.extrapolation_preset)}, {"backend", s.extrapolation_backend}, {"motion", s.extrapolation_knows_motion ? "known" : "searched"},
                               {"frame_ms", s.extrapolation_ms}, {"latch_to_photon_ms", s.latch_to_photon_extrapolated_ms}};
     if (s.extrapolated_psnr_db > 0) {
         j["extrapolation"]["psnr_db"] = s.extrapolated_psnr_db;

@@ -10,6 +10,7 @@
 #include "render/viewer/eyes.hpp"
 #include "render/viewer/gaze.hpp"
 #include "render/viewer/in_between.hpp"
+#include "render/viewer/motion_pass.hpp"
 #include "render/viewer/layout.hpp"
 #include "render/viewer/mouse.hpp"
 #include "render/viewer/pictures.hpp"
@@ -163,6 +164,9 @@ private:
         const Duration interval = frame.started - before.started;
         effects::Needs needs = eyes_.needs();
         needs.camera_px = before.number == 0 ? 0 : camera_motion_px(eyes_.camera(before.scene_s), eyes_.camera(frame.scene_s), Eyes::views()[0].fov, eyes_.width());
+        const auto objects = eyes_.scene().motion();
+        needs.object_px = object_motion_px(objects, eyes_.camera(frame.scene_s), Eyes::views()[0].fov, eyes_.width());
+        needs.moving_share = needs.object_px > 0 ? 1 : 0;
         if (!in_between_.called_for(needs, frame_cost_.median(), presenter_->refresh_period())) {
             in_between_.forget();
             return {};
@@ -179,7 +183,14 @@ private:
         x.scene_s = frame.scene_s + static_cast<double>(factor) * (frame.scene_s - before.scene_s);
         bool made = true;
         for (std::size_t i = 0; i < kEyes; ++i) {
-            const auto followed = in_between_.follow(i, eyes_.target(i), frame.regions[i], factor);
+            render::extrapolation::KnownMotion motion;
+            if (knows_motion()) {
+                const scene::Pose now = eyes_.camera(frame.scene_s), then = eyes_.camera(x.scene_s);
+                if (auto r = motion_.draw(eyes_.draws(), static_cast<std::uint32_t>(i), Eyes::views()[i], eyes_.width(), eyes_.height(), now, then, static_cast<double>(factor), objects); !r)
+                    return r;
+                motion = {.motion_px = nullptr, .depth = motion_.depth().data(), .width = motion_.columns(), .height = motion_.rows(), .ahead_px = motion_.ahead_px().data()};
+            }
+            const auto followed = in_between_.follow(i, eyes_.target(i), frame.regions[i], factor, knows_motion() ? &motion : nullptr);
             if (!followed) return std::unexpected(followed.error());
             made = made && *followed;
         }
@@ -197,6 +208,8 @@ private:
         const Instant due = frame_photon + interval / 2 - presenter_->refresh_period();
         return show(x, presenter_->holds_back() ? std::max(x.gpu_done, due) : x.gpu_done);
     }
+
+    [[nodiscard]] bool knows_motion() const noexcept { return o_.known_motion && eyes_.scene().triangles() <= kMostMotionTriangles; }
 
     // The window wants the next frame. False: it did not for some refreshes (hidden), or we are to stop.
     Result<bool> await_turn() {
@@ -295,6 +308,7 @@ private:
         s.presenter = presenter_->name();
         s.display = presenter_->description();
         s.extrapolation_backend = in_between_.backend();
+        s.extrapolation_knows_motion = s.extrapolated > 0 && knows_motion();
         if (const quality::Control* control = eyes_.quality()) {
             s.quality = control->setting().label;
             s.quality_changes = control->changes();
@@ -322,6 +336,7 @@ private:
     Gaze gaze_;
     Eyes eyes_;
     InBetween in_between_;
+    MotionPass motion_;
     present::RecentCost frame_cost_{kFirstGuess}, latched_cost_{kFirstGuess}, between_cost_{kFirstGuess};
     Record record_;
     std::deque<Frame> awaited_;   // shown, their photon not known yet

@@ -38,6 +38,7 @@ struct Summary {
     std::uint64_t extrapolated = 0;    // shown after rendered ones; not among `frames`
     double extrapolation_ms = 0;       // median, both eyes
     double latch_to_photon_extrapolated_ms = 0;   // median; the latch is that of the frame before
+    bool extrapolation_knows_motion = false;   // the renderer's own, not searched for
     std::string extrapolation_backend; // who does it and why; empty: nothing was extrapolated
     double extrapolated_psnr_db = 0, held_psnr_db = 0;   // the pictured one, and the frame before it, against the frame really rendered
     std::uint64_t connects = 0, frames_dropped = 0;

@@ -31,6 +31,7 @@ TEST(Extrapolated, FramesAlternateWithRenderedOnesInSessionAndReport) {
     EXPECT_EQ(summary["frames"], 12);
     EXPECT_EQ(summary["extrapolation"]["frames"], 11) << "all but the first, which continues nothing";
     EXPECT_FALSE(summary["extrapolation"]["backend"].get<std::string>().empty());
+    EXPECT_EQ(summary["extrapolation"]["motion"], "known");
     // How much better than repeating depends on how far the last two frames lay apart, here on the machine's load.
     EXPECT_GT(summary["extrapolation"]["psnr_db"].get<double>(), summary["extrapolation"]["held_psnr_db"].get<double>() - 1) << "worse than showing the last frame again";
     EXPECT_TRUE(std::filesystem::exists(pictures + "/frame_extrapolated.png"));
