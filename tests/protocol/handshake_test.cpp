@@ -190,7 +190,8 @@ TEST(Connect, SaysWhyItCannotAndWhatToDo) {
         TinyDaemon daemon(dir.path());
         const ConnectFailure other = fault(Hello{kAbiVersion + 1, kGrantFocus, 1, "new"});
         EXPECT_EQ(other.fault, ConnectFault::version);
-        EXPECT_TRUE(contains(other.what, "version 2") && contains(other.what, "version 1")) << other.what;
+        for (const auto version : {kAbiVersion, kAbiVersion + 1})
+            EXPECT_TRUE(contains(other.what, ("version " + std::to_string(version)).c_str())) << other.what;
     }
     {   // grants raw samples to nobody
         TinyDaemon daemon(dir.path(), {}, [](int socket, const auto& hello) {

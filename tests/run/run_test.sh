@@ -28,7 +28,7 @@ whole)
     grep -q 'motion to photon  ' "$scratch/log" || fail "no summary"
     grep -q 'judged frames' "$scratch/log" || fail "no foveal misses"
     tail -c 20 "$scratch/out/report.html" | grep -q '</html>' || fail "the report is torn"
-    frames=$(build/release/bin/fovea latency "$scratch/out/session.fovea" --json | sed -n 's/^ *"frames": \([0-9]*\),*/\1/p')
+    frames=$(build/release/bin/fovea latency "$scratch/out/session.fovea" --json | sed -n 's/^  "frames": \([0-9]*\),*/\1/p')
     [ "${frames:-0}" -gt 0 ] || fail "no frames in the session"
     leftovers whole
     ;;
@@ -59,7 +59,7 @@ restarted)
         daemon=$!
         read -r -t 30 _ <>"$scratch/$1.ready" || fail "fovead is not ready"
     }
-    frames() { "$bin/fovea" latency "$1" --json 2>>"$scratch/log" | sed -n 's/^ *"frames": \([0-9]*\),*/\1/p'; }
+    frames() { "$bin/fovea" latency "$1" --json 2>>"$scratch/log" | sed -n 's/^  "frames": \([0-9]*\),*/\1/p'; }
     has_frames() { [ "$(frames "$1")" -gt 0 ] 2>/dev/null; }
     wait_for() { for _ in $(seq 300); do "$@" && return; sleep 0.1; done; fail "waited in vain: $*"; }
 
