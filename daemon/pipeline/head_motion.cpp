@@ -36,7 +36,7 @@ void HeadMotion::update(std::int64_t t_ns, const HeadPose& head) noexcept {
 Vec3<HeadFrame> HeadMotion::angular_velocity(std::int64_t t_ns) const noexcept {
     if (count_ < 2 || t_ns > kLastTime_ns) return {};
     const Pose& b = ring_[(count_ - 1) % kKept];
-    if (t_ns - b.t_ns > kLongest_ns || t_ns < b.t_ns) return {};
+    if (t_ns < b.t_ns || t_ns - b.t_ns > kLongest_ns) return {};  // in this order: the difference must exist
     const std::uint64_t oldest = count_ > kKept ? count_ - kKept : 0;
     std::uint64_t k = count_ - 1;
     while (k > oldest && b.t_ns - ring_[k % kKept].t_ns < kSpan_ns) --k;
