@@ -25,11 +25,13 @@ std::string base64(std::span<const std::uint8_t> bytes) {
 
 }  // namespace
 
-std::string png_data_uri(std::span<const std::uint8_t> rgba, int size, const PixelWindow& w) {
+std::string png_data_uri(std::span<const std::uint8_t> rgba, int size, const PixelWindow& w, RowOrder order) {
     std::vector<std::uint8_t> rgb;
-    for (int y = w.y + w.edge - 1; y >= w.y; --y)
+    for (int row = 0; row < w.edge; ++row) {
+        const int y = order == RowOrder::top_first ? w.y + row : w.y + w.edge - 1 - row;
         for (int x = w.x; x < w.x + w.edge; ++x)
             for (int c = 0; c < 3; ++c) rgb.push_back(rgba[static_cast<std::size_t>(4 * (y * size + x) + c)]);
+    }
     png_image image{};
     image.version = PNG_IMAGE_VERSION;
     image.width = image.height = static_cast<png_uint_32>(w.edge);

@@ -12,7 +12,9 @@ namespace fovea::tools {
 struct PixelWindow {
     int x = 0, y = 0, edge = 0;   // inside the picture
 };
-// rgba: size x size, bottom row first, as GL reads it; the PNG has the top row first. Empty if libpng refuses.
-[[nodiscard]] std::string png_data_uri(std::span<const std::uint8_t> rgba, int size_px, const PixelWindow& window);
+enum class RowOrder : std::uint8_t { bottom_first, top_first };   // of the picture; GL reads the bottom row first
+// rgba: size x size. The PNG has the top row first. Empty if libpng refuses.
+[[nodiscard]] std::string png_data_uri(std::span<const std::uint8_t> rgba, int size_px, const PixelWindow& window,
+                                       RowOrder order = RowOrder::bottom_first);
 
 }  // namespace fovea::tools

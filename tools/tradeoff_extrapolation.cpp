@@ -1,6 +1,5 @@
 // `fovea tradeoff extrapolation`: error and time of every way to make the frame in between, in one run.
 #include <fmt/format.h>
-#include <png.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tools/commands.hpp"
+#include "tools/embedded_png.hpp"
 #include "tools/extrapolation_methods.hpp"
 #include "tools/image_quality.hpp"
 #include "tools/output_file.hpp"
@@ -41,7 +41,7 @@ struct Case {
     double speed;
 };
 struct Crop {
-    std::string scene, method, png;   // png: base64
+    std::string scene, method, png;   // png: a data URI
     double psnr_db;
 };
 
@@ -57,26 +57,9 @@ double median(std::vector<double> v) {
     return v[v.size() / 2];
 }
 
-std::string base64(const std::vector<std::uint8_t>& bytes) {
-    constexpr const char* kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string out;
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        const std::uint32_t n = static_cast<std::uint32_t>(bytes[i]) << 16 | (i + 1 < bytes.size() ? static_cast<std::uint32_t>(bytes[i + 1]) << 8 : 0u) | (i + 2 < bytes.size() ? bytes[i + 2] : 0u);
-        out += kDigits[n >> 18 & 63];
-        out += kDigits[n >> 12 & 63];
-        out += i + 1 < bytes.size() ? kDigits[n >> 6 & 63] : '=';
-        out += i + 2 < bytes.size() ? kDigits[n & 63] : '=';
-    }
-    return out;
-}
-
-struct Window {
-    int x = 0, y = 0, edge = 0;
-};
-
 // Where repeating the last frame is most wrong: that is where methods differ.
-Window worst_window(const std::vector<std::uint8_t>& held, const std::vector<std::uint8_t>& truth, int size) {
-    Window best{0, 0, std::min(size, 192)};
+PixelWindow worst_window(const std::vector<std::uint8_t>& held, const std::vector<std::uint8_t>& truth, int size) {
+    PixelWindow best{0, 0, std::min(size, 192)};
     double most = -1;
     for (int y = 0; y + best.edge <= size; y += best.edge / 2)
         for (int x = 0; x + best.edge <= size; x += best.edge / 2) {
@@ -95,23 +78,6 @@ Window worst_window(const std::vector<std::uint8_t>& held, const std::vector<std
             }
         }
     return best;
-}
-
-std::string crop_png(const std::vector<std::uint8_t>& rgba, int size, const Window& w) {
-    std::vector<std::uint8_t> pixels;
-    for (int y = w.y; y < w.y + w.edge; ++y)
-        for (int x = w.x; x < w.x + w.edge; ++x)
-            for (int c = 0; c < 3; ++c) pixels.push_back(rgba[static_cast<std::size_t>(4 * (y * size + x) + c)]);
-    png_image image{};
-    image.version = PNG_IMAGE_VERSION;
-    image.width = image.height = static_cast<png_uint_32>(w.edge);
-    image.format = PNG_FORMAT_RGB;
-    png_alloc_size_t bytes = 0;
-    if (png_image_write_to_memory(&image, nullptr, &bytes, 0, pixels.data(), 0, nullptr) == 0) return {};
-    std::vector<std::uint8_t> png(bytes);
-    if (png_image_write_to_memory(&image, png.data(), &bytes, 0, pixels.data(), 0, nullptr) == 0) return {};
-    png.resize(bytes);
-    return base64(png);
 }
 
 void mark_frontier(std::vector<Row>& rows) {
@@ -199,7 +165,7 @@ std::string to_html(const std::vector<Row>& rows, const std::vector<Case>& cases
     for (const Crop& c : crops) {
         if (c.scene != scene) s += fmt::format("{}<h3>{}</h3>\n", scene.empty() ? "" : "", c.scene);
         scene = c.scene;
-        s += fmt::format("<figure><img alt='{0}: {1}' src='data:image/png;base64,{2}'><figcaption>{1}{3}</figcaption></figure>\n", c.scene, c.method, c.png, c.psnr_db > 0 ? fmt::format(", {:.1f} dB", c.psnr_db) : "");
+        s += fmt::format("<figure><img alt='{0}: {1}' src='{2}'><figcaption>{1}{3}</figcaption></figure>\n", c.scene, c.method, c.png, c.psnr_db > 0 ? fmt::format(", {:.1f} dB", c.psnr_db) : "");
     }
     return s + "</html>\n";
 }
@@ -225,9 +191,9 @@ int run(const Options& o) {
         const ExtrapolationScene scene(c.scene, c.speed);
         const SceneFrame src1 = scene.render(0, o.size_px, false), src2 = scene.render(1, o.size_px, true, o.factor), truth = scene.render(1 + o.factor, o.size_px, false);
         const ExtrapolationInput input{&src1, &src2, &scene, static_cast<float>(o.factor)};
-        const Window window = worst_window(src2.rgba, truth.rgba, o.size_px);
+        const PixelWindow window = worst_window(src2.rgba, truth.rgba, o.size_px);
         const bool with_crops = c.speed == o.speeds.front();
-        if (with_crops) crops.push_back({case_name(c), "rendered at that time", crop_png(truth.rgba, o.size_px, window), 0});
+        if (with_crops) crops.push_back({case_name(c), "rendered at that time", png_data_uri(truth.rgba, o.size_px, window, RowOrder::top_first), 0});
         std::vector<std::uint8_t> out(src1.rgba.size());
         std::vector<std::vector<double>> times(methods.size());
         // Once to warm up; then in turn, so that a slow moment of the machine meets every method.
@@ -240,7 +206,7 @@ int run(const Options& o) {
                 if (repeat < o.repeats) continue;
                 if (methods[m].after) methods[m].after(out);
                 rows[m].scores.push_back({psnr_db(out, truth.rgba), ssim(out, truth.rgba, o.size_px, o.size_px), median(times[m])});
-                if (with_crops) crops.push_back({case_name(c), methods[m].name, crop_png(out, o.size_px, window), rows[m].scores.back().psnr_db});
+                if (with_crops) crops.push_back({case_name(c), methods[m].name, png_data_uri(out, o.size_px, window, RowOrder::top_first), rows[m].scores.back().psnr_db});
             }
     }
     if (terminal) fmt::print(stderr, "\r\033[K");
