@@ -27,11 +27,11 @@ function(fovea_library name)
   target_link_libraries(${name} PUBLIC fovea_options ${arg_LINK} PRIVATE ${arg_PRIVATE_LINK})
 endfunction()
 
-# fovea_test(NAME SOURCES a.cpp ... [LINK lib ...] [LABELS l ...] [TIMEOUT s]): one GoogleTest binary, its cases known
-# to CTest. LABELS asan and tsan: ./check also builds and runs it under that sanitizer (target fovea_asan_tests,
-# fovea_tsan_tests).
+# fovea_test(NAME SOURCES a.cpp ... [LINK lib ...] [LABELS l ...] [TIMEOUT s] [WRAPPER program]): one GoogleTest binary,
+# its cases known to CTest. LABELS asan and tsan: ./check also builds and runs it under that sanitizer (target
+# fovea_asan_tests, fovea_tsan_tests). WRAPPER: the program that starts it, except under a sanitizer.
 function(fovea_test name)
-  cmake_parse_arguments(arg "" "TIMEOUT" "SOURCES;LINK;LABELS" ${ARGN})
+  cmake_parse_arguments(arg "" "TIMEOUT;WRAPPER" "SOURCES;LINK;LABELS" ${ARGN})
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 300)
   endif()
@@ -49,6 +49,12 @@ function(fovea_test name)
     target_precompile_headers(fovea_test_headers PRIVATE <gmock/gmock.h> <gtest/gtest.h>)
   endif()
   target_precompile_headers(${name} REUSE_FROM fovea_test_headers)
+  if(arg_WRAPPER AND NOT FOVEA_SANITIZE)
+    find_program(FOVEA_TEST_WRAPPER_${arg_WRAPPER} ${arg_WRAPPER})
+    if(FOVEA_TEST_WRAPPER_${arg_WRAPPER})
+      set_target_properties(${name} PROPERTIES CROSSCOMPILING_EMULATOR ${FOVEA_TEST_WRAPPER_${arg_WRAPPER}})
+    endif()
+  endif()
   include(GoogleTest)
   string(REPLACE ";" "," labels "${arg_LABELS}")   # discovery loses all but the first of a list; ctest -L takes a regex
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60
