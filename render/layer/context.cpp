@@ -7,7 +7,8 @@
 
 namespace fovea::layer {
 
-thread_local Context* t_context __attribute__((tls_model("initial-exec"))) = nullptr;
+constinit thread_local Context* t_context __attribute__((tls_model("initial-exec"))) = nullptr;
+constinit thread_local Context* t_recording __attribute__((tls_model("initial-exec"))) = nullptr;
 
 Context::~Context() = default;
 
@@ -45,6 +46,7 @@ void Context::made_current(EGLDisplay display, EGLSurface surface) {
     surface_ = surface;
     default_frame_ = 0;
     auto_ = auto_settings().on;
+    if (auto_) gl.anything_to_do.store(true, std::memory_order_relaxed);
     pay_.set_always(auto_settings().always);
     if (Framebuffer* f = find_framebuffer(0)) f->pass.mode = Pass::Mode::none;  // of another surface, maybe
 }
@@ -201,6 +203,7 @@ void Context::open() {
     batch_ = {};
     if (!shape_.usable) batch_.must_be_native = true, batch_.reason = FullRate::cannot_match;
     recording_ = true;
+    t_recording = this;
     const Framebuffer* f = target_.kind == DrawTarget::Kind::automatic ? find_framebuffer(draw_framebuffer_) : nullptr;
     if (f && f->pass.only_cleared && f->pass.mode == Pass::Mode::native && f->pass.frame == frame_) {
         batch_.inherits_clear = batch_.color_cleared = batch_.depth_cleared = batch_.stencil_cleared = true;

@@ -124,7 +124,8 @@ public:
     bool to_be_destroyed = false;        // eglDestroyContext came while it was current
 
     [[nodiscard]] bool active() const noexcept { return active_; }
-    [[nodiscard]] bool is_recording() const noexcept { return recording_; }
+    // Draws may concern the layer: foveated targets, auto mode, programs of several views.
+    [[nodiscard]] bool watches_draws() const noexcept { return is_engaged() || share_->sources.any_multiview(); }
     [[nodiscard]] bool is_engaged() const noexcept { return auto_ || !framebuffers_.empty() || share_->textures.epoch() != 0; }
     [[nodiscard]] Undo& undo() noexcept { return undo_; }
     [[nodiscard]] CommandLog& log() noexcept { return log_; }
@@ -183,7 +184,10 @@ public:
     void attachments_may_have_changed() noexcept { ++attachments_epoch_; }
     void check_configured_attachments();
     [[nodiscard]] Framebuffer* find_framebuffer(GLuint name);
-    [[nodiscard]] Framebuffer& framebuffer(GLuint name) { return framebuffers_[name]; }
+    [[nodiscard]] Framebuffer& framebuffer(GLuint name) {
+        gl.anything_to_do.store(true, std::memory_order_relaxed);
+        return framebuffers_[name];
+    }
     [[nodiscard]] GLuint draw_framebuffer() const noexcept { return draw_framebuffer_; }
     [[nodiscard]] GLuint read_framebuffer() const noexcept { return read_framebuffer_; }
     [[nodiscard]] GLenum foveation_status(GLenum framebuffer_target);
@@ -319,15 +323,19 @@ private:
     std::unordered_set<GLuint> drawn_textures_;         // that were attached to a framebuffer drawn to
 };
 
-extern thread_local Context* t_context __attribute__((tls_model("initial-exec")));
+// constinit: no test whether it has been made, at each use.
+extern constinit thread_local Context* t_context __attribute__((tls_model("initial-exec")));
+// The same while its draws are being recorded, else nullptr: what an idle layer tests at most calls.
+extern constinit thread_local Context* t_recording __attribute__((tls_model("initial-exec")));
 
 // The context whose draws are being recorded on this thread.
 [[nodiscard]] inline Context* recording() noexcept {
-    Context* c = t_context;
-    return c && c->is_recording() ? c : nullptr;
+    if (!gl.anything_to_do.load(std::memory_order_relaxed)) [[likely]] return nullptr;
+    return t_recording;
 }
 // The context of this thread if it has anything to do with foveation.
 [[nodiscard]] inline Context* engaged() noexcept {
+    if (!gl.anything_to_do.load(std::memory_order_relaxed)) return nullptr;
     Context* c = t_context;
     return c && c->is_engaged() ? c : nullptr;
 }

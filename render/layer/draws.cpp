@@ -10,6 +10,13 @@
 namespace fovea::layer {
 namespace {
 
+// Nothing here concerns the layer: the call is the driver's. Tested before anything else is done.
+inline bool is_drivers_own() noexcept {
+    if (!gl.anything_to_do.load(std::memory_order_relaxed)) [[likely]] return true;
+    const Context* c = t_context;
+    return !c || !c->watches_draws();
+}
+
 // The context, if drawing now concerns the layer.
 Context* drawing() {
     Context* c = t_context;
@@ -211,7 +218,7 @@ void draw_plain(const DrawCall& d) {
     execute(d);
 }
 
-void draw(DrawCall d) {
+[[gnu::noinline]] void draw(const DrawCall& d) {
     Context* c = d.count < 0 || d.instances < -1 || (d.ranged && d.end < d.start) ? nullptr : drawing();
     if (!c) return draw_plain(d);
     if (may_draw(*c, d)) record(*c, d);
@@ -219,65 +226,76 @@ void draw(DrawCall d) {
 
 }  // namespace
 
-void GL_APIENTRY layer_glDrawArrays(GLenum mode, GLint first, GLsizei count) {
+[[gnu::hot]] void GL_APIENTRY layer_glDrawArrays(GLenum mode, GLint first, GLsizei count) {
+    if (is_drivers_own()) [[likely]] return gl.DrawArrays(mode, first, count);
     draw({.kind = DrawCall::arrays, .mode = mode, .first = first, .count = count});
 }
 
-void GL_APIENTRY layer_glDrawArraysInstanced(GLenum mode, GLint first, GLsizei count, GLsizei instances) {
+[[gnu::hot]] void GL_APIENTRY layer_glDrawArraysInstanced(GLenum mode, GLint first, GLsizei count, GLsizei instances) {
+    if (is_drivers_own()) [[likely]] return gl.DrawArraysInstanced(mode, first, count, instances);
     if (count < 0 || instances < 0) return gl.DrawArraysInstanced(mode, first, count, instances);
     draw({.kind = DrawCall::arrays, .mode = mode, .first = first, .count = count, .instances = instances});
 }
 
-void GL_APIENTRY layer_glDrawElements(GLenum mode, GLsizei count, GLenum type, const void* indices) {
+[[gnu::hot]] void GL_APIENTRY layer_glDrawElements(GLenum mode, GLsizei count, GLenum type, const void* indices) {
+    if (is_drivers_own()) [[likely]] return gl.DrawElements(mode, count, type, indices);
     draw({.kind = DrawCall::elements, .mode = mode, .type = type, .count = count, .indices = indices});
 }
 
-void GL_APIENTRY layer_glDrawRangeElements(GLenum mode, GLuint start, GLuint end, GLsizei count, GLenum type, const void* indices) {
+[[gnu::hot]] void GL_APIENTRY layer_glDrawRangeElements(GLenum mode, GLuint start, GLuint end, GLsizei count, GLenum type, const void* indices) {
+    if (is_drivers_own()) [[likely]] return gl.DrawRangeElements(mode, start, end, count, type, indices);
     draw({.kind = DrawCall::elements, .ranged = true, .mode = mode, .type = type, .count = count, .start = start,
           .end = end, .indices = indices});
 }
 
-void GL_APIENTRY layer_glDrawElementsInstanced(GLenum mode, GLsizei count, GLenum type, const void* indices, GLsizei instances) {
+[[gnu::hot]] void GL_APIENTRY layer_glDrawElementsInstanced(GLenum mode, GLsizei count, GLenum type, const void* indices, GLsizei instances) {
+    if (is_drivers_own()) [[likely]] return gl.DrawElementsInstanced(mode, count, type, indices, instances);
     if (count < 0 || instances < 0) return gl.DrawElementsInstanced(mode, count, type, indices, instances);
     draw({.kind = DrawCall::elements, .mode = mode, .type = type, .count = count, .instances = instances, .indices = indices});
 }
 
-void GL_APIENTRY layer_glDrawElementsBaseVertex(GLenum mode, GLsizei count, GLenum type, const void* indices, GLint base_vertex) {
+[[gnu::hot]] void GL_APIENTRY layer_glDrawElementsBaseVertex(GLenum mode, GLsizei count, GLenum type, const void* indices, GLint base_vertex) {
+    if (is_drivers_own()) [[likely]] return gl.DrawElementsBaseVertex(mode, count, type, indices, base_vertex);
     draw({.kind = DrawCall::elements, .mode = mode, .type = type, .base_vertex = base_vertex, .count = count, .indices = indices});
 }
 
-void GL_APIENTRY layer_glDrawRangeElementsBaseVertex(GLenum mode, GLuint start, GLuint end, GLsizei count, GLenum type,
+[[gnu::hot]] void GL_APIENTRY layer_glDrawRangeElementsBaseVertex(GLenum mode, GLuint start, GLuint end, GLsizei count, GLenum type,
                                                      const void* indices, GLint base_vertex) {
+    if (is_drivers_own()) [[likely]] return gl.DrawRangeElementsBaseVertex(mode, start, end, count, type, indices, base_vertex);
     draw({.kind = DrawCall::elements, .ranged = true, .mode = mode, .type = type, .base_vertex = base_vertex,
           .count = count, .start = start, .end = end, .indices = indices});
 }
 
-void GL_APIENTRY layer_glDrawElementsInstancedBaseVertex(GLenum mode, GLsizei count, GLenum type, const void* indices,
+[[gnu::hot]] void GL_APIENTRY layer_glDrawElementsInstancedBaseVertex(GLenum mode, GLsizei count, GLenum type, const void* indices,
                                                          GLsizei instances, GLint base_vertex) {
+    if (is_drivers_own()) [[likely]] return gl.DrawElementsInstancedBaseVertex(mode, count, type, indices, instances, base_vertex);
     if (count < 0 || instances < 0)
         return gl.DrawElementsInstancedBaseVertex(mode, count, type, indices, instances, base_vertex);
     draw({.kind = DrawCall::elements, .mode = mode, .type = type, .base_vertex = base_vertex, .count = count,
           .instances = instances, .indices = indices});
 }
 
-void GL_APIENTRY layer_glDrawArraysInstancedBaseInstanceEXT(GLenum mode, GLint first, GLsizei count, GLsizei instances, GLuint base_instance) {
+[[gnu::hot]] void GL_APIENTRY layer_glDrawArraysInstancedBaseInstanceEXT(GLenum mode, GLint first, GLsizei count, GLsizei instances, GLuint base_instance) {
+    if (is_drivers_own()) [[likely]] return gl.DrawArraysInstancedBaseInstanceEXT(mode, first, count, instances, base_instance);
     if (count < 0 || instances < 0)
         return gl.DrawArraysInstancedBaseInstanceEXT(mode, first, count, instances, base_instance);
     draw({.kind = DrawCall::arrays, .mode = mode, .first = first, .count = count, .instances = instances,
           .base_instance = base_instance});
 }
 
-void GL_APIENTRY layer_glDrawElementsInstancedBaseInstanceEXT(GLenum mode, GLsizei count, GLenum type, const void* indices,
+[[gnu::hot]] void GL_APIENTRY layer_glDrawElementsInstancedBaseInstanceEXT(GLenum mode, GLsizei count, GLenum type, const void* indices,
                                                               GLsizei instances, GLuint base_instance) {
+    if (is_drivers_own()) [[likely]] return gl.DrawElementsInstancedBaseInstanceEXT(mode, count, type, indices, instances, base_instance);
     if (count < 0 || instances < 0)
         return gl.DrawElementsInstancedBaseInstanceEXT(mode, count, type, indices, instances, base_instance);
     draw({.kind = DrawCall::elements, .mode = mode, .type = type, .count = count, .instances = instances,
           .base_instance = base_instance, .indices = indices});
 }
 
-void GL_APIENTRY layer_glDrawElementsInstancedBaseVertexBaseInstanceEXT(GLenum mode, GLsizei count, GLenum type,
+[[gnu::hot]] void GL_APIENTRY layer_glDrawElementsInstancedBaseVertexBaseInstanceEXT(GLenum mode, GLsizei count, GLenum type,
                                                                         const void* indices, GLsizei instances,
                                                                         GLint base_vertex, GLuint base_instance) {
+    if (is_drivers_own()) [[likely]] return gl.DrawElementsInstancedBaseVertexBaseInstanceEXT(mode, count, type, indices, instances, base_vertex, base_instance);
     if (count < 0 || instances < 0)
         return gl.DrawElementsInstancedBaseVertexBaseInstanceEXT(mode, count, type, indices, instances, base_vertex, base_instance);
     draw({.kind = DrawCall::elements, .mode = mode, .type = type, .base_vertex = base_vertex, .count = count,
@@ -304,11 +322,11 @@ static void draw_indirect(DrawCall d) {
     if (c->begin(Context::Op::draw, probe, d.mode)) record(*c, d);
 }
 
-void GL_APIENTRY layer_glDrawArraysIndirect(GLenum mode, const void* indirect) {
+[[gnu::hot]] void GL_APIENTRY layer_glDrawArraysIndirect(GLenum mode, const void* indirect) {
     draw_indirect({.kind = DrawCall::arrays_indirect, .mode = mode, .indices = indirect});
 }
 
-void GL_APIENTRY layer_glDrawElementsIndirect(GLenum mode, GLenum type, const void* indirect) {
+[[gnu::hot]] void GL_APIENTRY layer_glDrawElementsIndirect(GLenum mode, GLenum type, const void* indirect) {
     draw_indirect({.kind = DrawCall::elements_indirect, .mode = mode, .type = type, .indices = indirect});
 }
 
@@ -345,7 +363,8 @@ void GL_APIENTRY layer_glMultiDrawElementsIndirectEXT(GLenum mode, GLenum type, 
         layer_glDrawElementsIndirect(mode, type, static_cast<const char*>(indirect) + static_cast<std::size_t>(i) * step);
 }
 
-void GL_APIENTRY layer_glClear(GLbitfield mask) {
+[[gnu::hot]] void GL_APIENTRY layer_glClear(GLbitfield mask) {
+    if (is_drivers_own()) [[likely]] return gl.Clear(mask);
     constexpr GLbitfield kAll = GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT;
     Context* c = (mask & ~kAll) == 0 ? drawing() : nullptr;
     if (!c) return gl.Clear(mask);

@@ -19,6 +19,7 @@ bool TextureFoveations::is_foveated(GLuint texture) const {
 void TextureFoveations::set_features(GLuint texture, GLuint features) {
     const std::lock_guard lock(mutex_);
     textures_[texture].features = features;
+    gl.anything_to_do.store(true, std::memory_order_relaxed);
     epoch_.fetch_add(1, std::memory_order_release);
 }
 

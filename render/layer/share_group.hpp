@@ -25,7 +25,7 @@ public:
     };
     void linked(GLuint program, SourceFacts facts, int num_views = 0) {
         Entry entry{std::move(facts), nullptr, num_views};
-        if (num_views > 0) any_multiview_.store(true, std::memory_order_relaxed);  // the lock below orders it for who looks a program up
+        if (num_views > 0) gl.anything_to_do.store(true, std::memory_order_relaxed), any_multiview_.store(true, std::memory_order_relaxed);  // the lock below orders it for who looks a program up
         entry.report = new_program_report(entry.facts.shader.empty() ? "program " + std::to_string(program) : entry.facts.shader);
         const std::lock_guard lock(mutex_);
         programs_[program] = std::move(entry);

@@ -6,29 +6,32 @@
 namespace fovea::layer {
 
 // Scissor test and stencil test belong to the level during a replay.
-static void set_enabled(GLenum cap, bool on) {
-    const auto call = [cap, on] { on ? gl.Enable(cap) : gl.Disable(cap); };
-    Context* c = recording();
-    if (!c) return call();
+[[gnu::noinline]] static void set_enabled(Context* c, GLenum cap, bool on) {
     c->undo().cap(cap);
-    call();
+    on ? gl.Enable(cap) : gl.Disable(cap);
     c->log().add([cap, on](Replay& replay) { replay.set_enabled(cap, on); });
 }
 
-void GL_APIENTRY layer_glEnable(GLenum cap) { set_enabled(cap, true); }
-void GL_APIENTRY layer_glDisable(GLenum cap) { set_enabled(cap, false); }
+[[gnu::hot]] void GL_APIENTRY layer_glEnable(GLenum cap) {
+    if (Context* c = recording()) [[unlikely]] return set_enabled(c, cap, true);
+    gl.Enable(cap);
+}
+[[gnu::hot]] void GL_APIENTRY layer_glDisable(GLenum cap) {
+    if (Context* c = recording()) [[unlikely]] return set_enabled(c, cap, false);
+    gl.Disable(cap);
+}
 
-void GL_APIENTRY layer_glViewport(GLint x, GLint y, GLsizei w, GLsizei h) {
+[[gnu::hot]] void GL_APIENTRY layer_glViewport(GLint x, GLint y, GLsizei w, GLsizei h) {
     Context* c = recording();
-    if (!c) return gl.Viewport(x, y, w, h);
+    if (!c) [[likely]] return gl.Viewport(x, y, w, h);
     c->undo().viewport();
     gl.Viewport(x, y, w, h);
     c->log().add([=](Replay& replay) { replay.viewport(x, y, w, h); });
 }
 
-void GL_APIENTRY layer_glScissor(GLint x, GLint y, GLsizei w, GLsizei h) {
+[[gnu::hot]] void GL_APIENTRY layer_glScissor(GLint x, GLint y, GLsizei w, GLsizei h) {
     Context* c = recording();
-    if (!c) return gl.Scissor(x, y, w, h);
+    if (!c) [[likely]] return gl.Scissor(x, y, w, h);
     c->undo().scissor();
     gl.Scissor(x, y, w, h);
     c->log().add([=](Replay& replay) { replay.scissor(x, y, w, h); });

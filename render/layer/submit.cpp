@@ -42,6 +42,7 @@ Latched Context::latch() {
 void Context::submit(Call call) {
     if (!recording_) return;
     recording_ = false;
+    t_recording = nullptr;
     keep_driver_error();
     count(stats.submitted_by[static_cast<unsigned>(call)]);
     const Batch batch = batch_;

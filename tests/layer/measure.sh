@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# What the layer costs and saves: processor time per frame (all threads) with and without it, run in turns; the median of
-# the paired ratios.
+# What the layer costs and saves: an idle layer beside the driver in one process (programs/calls_program.c); then processor time per
+# frame (all threads) with and without it, run in turns; the median of the paired ratios.
 # usage: tests/layer/measure.sh [BUILD] [PAIRS]
 set -euo pipefail
 bin=${1:-build/release}/bin
@@ -16,7 +16,7 @@ compare() {
         END { m = int((NR + 1) / 2); printf "%-46s ratio %.3f  (%.3f to %.3f of %d)  %.2f ms plain\n", name, r[m], r[1], r[NR], NR, p[m] * 1000 }'
 }
 
-compare "2000 draws, idle layer" layer_plain_program "link 30" "link 30"
+"$bin/layer_calls_program" "$bin/../lib/liblayer_two_paths.so" "$bin/../lib/libfovea_layer.so" 400
 compare "2000 draws, recorded, gain 0" layer_plain_program "link 30" "link 30 0"
 compare "1024 x 1024 heavy shader, gain 0" layer_heavy_program "4" "4 0"
 compare "1024 x 1024 heavy shader, gain 4" layer_heavy_program "4" "4 4"

@@ -48,6 +48,20 @@ TEST(LayerPrograms, AnIdleLayerChangesNoPixelHoweverTheProgramFindsItsFunctions)
     }
 }
 
+TEST(LayerPrograms, AnIdleLayerChangesNoPixelOfAProgramOfManyCalls) {
+    const Ran plain = shell(kBin + "/layer_calls_program");
+    ASSERT_EQ(plain.exit_code, 0);
+    ASSERT_EQ(plain.out.size(), 17u);
+    EXPECT_EQ(shell(kLayer + "-- " + kBin + "/layer_calls_program").out, plain.out);
+}
+
+// Both ways in one process, as the measurement of an idle layer takes them; what it finds is no test's business.
+TEST(LayerPrograms, TheDriversFunctionsAndTheLayersRunInOneProcess) {
+    const Ran ran = shell(kBin + "/layer_calls_program " FOVEA_TWO_PATHS_LIBRARY " " FOVEA_LAYER_LIBRARY " 4");
+    EXPECT_EQ(ran.exit_code, 0);
+    EXPECT_NE(ran.out.find("the idle layer"), std::string::npos) << ran.out;
+}
+
 TEST(LayerPrograms, MemoryIsFlatOverFrames) {
     const char* frames = std::getenv("FOVEA_LAYER_FRAMES");
     const Ran ran = shell(kLayer + "-- " + kBin + "/layer_frames_program " + (frames ? frames : "2000"));
