@@ -33,6 +33,7 @@ void Context::made_current(EGLDisplay display, EGLSurface surface) {
             }
             const char* reading = std::getenv("FOVEA_LAYER_READING");
             if (reading && std::strcmp(reading, "linear") == 0) reading_ = density::Reading::linear;
+            if (const char* mib = std::getenv("FOVEA_LAYER_MEMORY_MIB"); mib && *mib) memory_limit_ = std::strtoull(mib, nullptr, 10) << 20;
             count(stats.contexts);
         }
         drop_errors();
@@ -226,6 +227,7 @@ void Context::note_draw() {
 
 void Context::note_clear(GLbitfield buffers, GLint color, bool plain) {
     if (!plain) batch_.plain_clears = false;
+    if (batch_.drew) batch_.clear_after_draw = true;
     const auto colors = std::count_if(shape_.color.begin(), shape_.color.end(), [](GLenum format) { return format != 0; });
     if (color == 0 && colors == 1 && shape_.color[0] != 0) buffers |= GL_COLOR_BUFFER_BIT;
     if (gl.IsEnabled(GL_RASTERIZER_DISCARD)) return;

@@ -152,6 +152,7 @@ public:
     // Drawing. drawing_target() is plain where the layer has nothing to do.
     [[nodiscard]] const DrawTarget& drawing_target();
     enum class Op { draw, clear };
+    bool allowed(Op op);  // raises the error of the extensions, if there is one
     // True when the call may be recorded: no error of the extension or of the driver (which `probe` asks).
     // `mode` and `count` (vertices; -1: not known) tell auto mode what kind of draw it is.
     template <class Probe>
@@ -177,6 +178,8 @@ public:
     void invalidate_pass();        // the image was written by other means: the levels no longer match it
     [[nodiscard]] const ProgramFacts& program_facts();
     void forget_program(GLuint program) { facts_.erase(program); }
+    // False: no draw so far used it, and linking it changes none that is pending.
+    [[nodiscard]] bool may_use_program(GLuint program) const { return facts_.contains(program) || get_integer(GL_PROGRAM_PIPELINE_BINDING) != 0; }
 
     // Framebuffer objects.
     void bound_framebuffer(GLenum target, GLuint name);
@@ -192,6 +195,9 @@ public:
     [[nodiscard]] GLuint read_framebuffer() const noexcept { return read_framebuffer_; }
     [[nodiscard]] GLenum foveation_status(GLenum framebuffer_target);
     void image_written(GLuint name);  // a texture or renderbuffer was written by other means than drawing
+
+    // Makes the images that a foveated framebuffer will need, as far as its attachments are known. False: no memory.
+    [[nodiscard]] bool reserve(GLuint framebuffer);
 
     // GL_INVALID_FRAMEBUFFER_OPERATION when the framebuffer to be read is incomplete by the rules of the extensions.
     [[nodiscard]] GLenum read_error();
@@ -230,7 +236,6 @@ public:
     static constexpr std::size_t kLogLimit = std::size_t{64} << 20;
 
 private:
-    bool allowed(Op op);
     void open();
     void note_draw();
     struct Batch {
@@ -240,6 +245,7 @@ private:
         FullRate reason = FullRate::none;  // of must_be_native
         bool inherits_clear = false;       // what this batch begins with was cleared before it, natively
         bool plain_clears = true;          // every clear was a glClear
+        bool clear_after_draw = false;
     };
     [[nodiscard]] Latched latch();
     [[nodiscard]] bool choose_levels(Pass& pass, Call call);
@@ -251,7 +257,8 @@ private:
     [[nodiscard]] GLenum first_color() const;
     void submit_view(GLuint view, Call call);
     void attach_view(GLint view);
-    void run_native();
+    void run_native(bool clears_only = false);
+    [[nodiscard]] std::unique_ptr<Targets> make_targets(const TargetShape& shape, bool* out_of_memory = nullptr);  // within the limit
     void run_levels(Pass& pass);
     void resolve(Pass& pass);
     void levels_to_native(Pass& pass, bool depth);
@@ -301,6 +308,7 @@ private:
     };
     std::vector<Kept> kept_;
     std::uint64_t use_ = 0;
+    std::uint64_t memory_limit_ = UINT64_MAX;  // bytes of all kept_
     OwnDrawing own_;
     std::unique_ptr<render::extrapolation::GlExtrapolator> extrapolator_;
     std::uint64_t frame_ = 1;

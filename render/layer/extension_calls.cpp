@@ -214,6 +214,7 @@ void GL_APIENTRY layer_glFramebufferFoveationConfigQCOM(GLuint framebuffer, GLui
         return;
     }
     if (framebuffer == c->draw_framebuffer()) c->before_finish(Call::FramebufferFoveationConfigQCOM);
+    if ((requested & GL_FOVEATION_ENABLE_BIT_QCOM) && !c->reserve(framebuffer)) return c->raise(GL_OUT_OF_MEMORY);
     FramebufferFoveation config;
     config.layers = layers;
     config.points_per_layer = points_per_layer;

@@ -19,6 +19,7 @@ inline constexpr GLuint kMaskBit = 0x80;  // the top bit of 8 bits of stencil
 struct LevelView {
     bool native = true;
     int view = -1;  // of a multiview framebuffer
+    bool clears_only = false;  // draws are left out
     int x_shift = 0, y_shift = 0;
     density::PixelRect bounds;   // full-resolution pixels; the guard ring included
     bool masked = false;         // the stencil buffer holds the layer's mask

@@ -213,7 +213,7 @@ void GL_APIENTRY layer_glEndTransformFeedback() {
 
 void GL_APIENTRY layer_glLinkProgram(GLuint program) {
     if (Context* c = engaged()) {
-        c->before_submit(Call::LinkProgram);
+        if (c->may_use_program(program)) c->before_submit(Call::LinkProgram);
         c->forget_program(program);
     }
     gl.LinkProgram(program);
@@ -221,7 +221,7 @@ void GL_APIENTRY layer_glLinkProgram(GLuint program) {
 }
 void GL_APIENTRY layer_glProgramBinary(GLuint program, GLenum format, const void* binary, GLsizei length) {
     if (Context* c = engaged()) {
-        c->before_submit(Call::ProgramBinary);
+        if (c->may_use_program(program)) c->before_submit(Call::ProgramBinary);
         c->forget_program(program);
     }
     gl.ProgramBinary(program, format, binary, length);

@@ -76,6 +76,7 @@ void Context::submit_view(GLuint view, Call call) {
         if (levels) trace_before(pass.traced_as);
     }
     if (levels) {
+        if (shape_.layered) run_native(true);  // layers after the first get nothing but clears
         run_levels(pass);
         pass.mode = Pass::Mode::levels;
         pass.resolved = false;
@@ -127,6 +128,7 @@ bool Context::choose_levels(Pass& pass, Call call) {
         pass.depth_in_levels = false;
     }
     if (batch_.must_be_native || target_.kind == DrawTarget::Kind::views) return keep_native(batch_.reason);
+    if (shape_.layered && batch_.clear_after_draw) return keep_native(FullRate::cannot_match);  // its order would be lost
     if (automatic && continues(pass)) return true;
     if (automatic && !batch_.color_cleared) return keep_native(FullRate::no_clear);
     if (automatic && batch_.drew && !pay_.levels_now()) return keep_native(FullRate::does_not_pay);
@@ -198,21 +200,67 @@ Targets* Context::targets_for(const TargetShape& shape, Pass& pass) {
     for (Kept& kept : kept_)
         if (kept.targets->shape() == shape && (!kept.owner || kept.owner->mode != Pass::Mode::levels || kept.owner->frame != frame_)) take = &kept;
     if (!take && kept_.size() >= kKeptTargets) take = oldest;
-    if (take) {
-        if (take->owner) take->owner->targets = nullptr, take->owner->mode = Pass::Mode::none, take->owner->masks_drawn = false;
-        if (!(take->targets->shape() == shape)) take->targets = Targets::create(shape, 3);
-        if (!take->targets) {
-            kept_.erase(kept_.begin() + (take - kept_.data()));
-            return nullptr;
-        }
-    } else {
-        std::unique_ptr<Targets> made = Targets::create(shape, 3);
+    if (take && take->owner) take->owner->targets = nullptr, take->owner->mode = Pass::Mode::none, take->owner->masks_drawn = false;
+    if (take && !(take->targets->shape() == shape)) {
+        kept_.erase(kept_.begin() + (take - kept_.data()));
+        take = nullptr;
+    }
+    if (!take) {
+        std::unique_ptr<Targets> made = make_targets(shape);
         if (!made) return nullptr;
         take = &kept_.emplace_back(Kept{std::move(made), 0, nullptr});
     }
     take->owner = &pass;
     take->last_use = use_;
     return take->targets.get();
+}
+
+std::unique_ptr<Targets> Context::make_targets(const TargetShape& shape, bool* out_of_memory) {
+    const auto room = [&] {
+        std::uint64_t used = Targets::bytes(shape);
+        for (const Kept& kept : kept_)
+            if (kept.targets) used += Targets::bytes(kept.targets->shape());
+        return used <= memory_limit_;
+    };
+    // Images of passes that are over make room.
+    while (!room()) {
+        const auto old = std::find_if(kept_.begin(), kept_.end(), [this](const Kept& k) {
+            return k.targets && (!k.owner || k.owner->mode != Pass::Mode::levels || k.owner->frame != frame_);
+        });
+        if (old == kept_.end()) {
+            if (out_of_memory) *out_of_memory = true;
+            return nullptr;
+        }
+        if (old->owner) old->owner->targets = nullptr, old->owner->mode = Pass::Mode::none, old->owner->masks_drawn = false;
+        kept_.erase(old);
+    }
+    return Targets::create(shape, kLevels, out_of_memory);
+}
+
+bool Context::reserve(GLuint framebuffer) {
+    keep_driver_error();
+    Undo state;
+    state.framebuffers();
+    gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
+    TargetShape shape;
+    if (gl.CheckFramebufferStatus(GL_DRAW_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) {
+        std::vector<Attachment> attachments = read_attachments(GL_DRAW_FRAMEBUFFER);
+        shape = read_shape(attachments);
+    }
+    state.restore();
+    drop_errors();
+    if (!shape.usable) return true;  // nothing to reserve: attachments come later, or will be drawn at full density
+    const auto is_free = [&](const Kept& k) {
+        return k.targets->shape() == shape && (!k.owner || k.owner->mode != Pass::Mode::levels || k.owner->frame != frame_);
+    };
+    auto have = static_cast<std::size_t>(std::count_if(kept_.begin(), kept_.end(), is_free));
+    for (const GLuint views = views_of(framebuffer); have < views && kept_.size() < kKeptTargets; ++have) {
+        bool out_of_memory = false;
+        std::unique_ptr<Targets> made = make_targets(shape, &out_of_memory);
+        if (!made) return !out_of_memory;
+        kept_.push_back({std::move(made), ++use_, nullptr});
+    }
+    return true;
 }
 
 void Context::save_for_own_drawing(Undo& own) const {
@@ -245,12 +293,13 @@ void Context::set_for_own_drawing() const {
     gl.BindSampler(0, 0);
 }
 
-void Context::run_native() {
+void Context::run_native(bool clears_only) {
     FeedbackPause feedback(feedback_);
     undo_.restore();
-    feedback.resume();
+    if (!clears_only) feedback.resume();
     Replay replay;
     LevelView as_it_is;
+    as_it_is.clears_only = clears_only;
     if (target_.views > 1) as_it_is.view = static_cast<int>(view_);
     replay.begin(as_it_is);
     log_.run(replay);

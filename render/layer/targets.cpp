@@ -65,8 +65,8 @@ char resolve_kind(GLenum format) {
 void attach(const Attachment& a) {
     if (a.type == GL_RENDERBUFFER)
         gl.FramebufferRenderbuffer(GL_DRAW_FRAMEBUFFER, a.point, GL_RENDERBUFFER, a.name);
-    else if (a.face != 0)
-        gl.FramebufferTexture2D(GL_DRAW_FRAMEBUFFER, a.point, static_cast<GLenum>(a.face), a.name, a.level);
+    else if (a.face != 0 || a.target == GL_TEXTURE_CUBE_MAP)  // of all faces at once: the first, which draws go to
+        gl.FramebufferTexture2D(GL_DRAW_FRAMEBUFFER, a.point, a.face != 0 ? static_cast<GLenum>(a.face) : GL_TEXTURE_CUBE_MAP_POSITIVE_X, a.name, a.level);
     else if (a.target == GL_TEXTURE_2D || a.target == GL_TEXTURE_2D_MULTISAMPLE)
         gl.FramebufferTexture2D(GL_DRAW_FRAMEBUFFER, a.point, a.target, a.name, a.level);
     else
@@ -116,7 +116,7 @@ void find_target(Attachment& a) {
         const auto bound = static_cast<GLuint>(get_integer(texture_binding_query(target)));
         if (bound != a.name) gl.BindTexture(target, a.name);
         if (gl.GetError() != GL_NO_ERROR) continue;
-        const GLenum image = a.face != 0 ? static_cast<GLenum>(a.face) : target;
+        const GLenum image = a.face != 0 ? static_cast<GLenum>(a.face) : target == GL_TEXTURE_CUBE_MAP ? GL_TEXTURE_CUBE_MAP_POSITIVE_X : target;
         gl.GetTexLevelParameteriv(image, a.level, GL_TEXTURE_WIDTH, &a.width);
         gl.GetTexLevelParameteriv(image, a.level, GL_TEXTURE_HEIGHT, &a.height);
         a.target = target;
@@ -153,7 +153,7 @@ TargetShape read_shape(std::vector<Attachment>& attachments) {
         }
     }
     if (!shape.depth_stencil) shape.depth_stencil = GL_STENCIL_INDEX8;
-    if (!any || shape.layered || shape.width < 1 || shape.height < 1) shape.usable = false;
+    if (!any || shape.width < 1 || shape.height < 1) shape.usable = false;
     return shape;
 }
 
@@ -183,8 +183,32 @@ TargetShape read_default_shape(EGLDisplay display, EGLSurface surface) {
     return shape;
 }
 
-std::unique_ptr<Targets> Targets::create(const TargetShape& shape, int level_count) {
+std::uint64_t Targets::bytes(const TargetShape& shape) {
+    const auto bytes_of = [](GLenum format) -> std::uint64_t {
+        switch (format) {
+            case 0: return 0;
+            case GL_R8: case GL_R8I: case GL_R8UI: case GL_STENCIL_INDEX8: return 1;
+            case GL_RG8: case GL_RG8I: case GL_RG8UI: case GL_RGB565: case GL_RGBA4: case GL_RGB5_A1: case GL_R16F: case GL_R16I: case GL_R16UI: return 2;
+            case GL_RGBA16F: case GL_RGB16F: case GL_RG32F: case GL_RGBA16I: case GL_RGBA16UI: case GL_RG32I: case GL_RG32UI: case GL_DEPTH32F_STENCIL8: return 8;
+            case GL_RGBA32F: case GL_RGBA32I: case GL_RGBA32UI: return 16;
+            default: return 4;
+        }
+    };
+    std::uint64_t color = 0, all = 0;
+    for (const GLenum format : shape.color) color += bytes_of(format);
+    const auto levels = density::standard_levels();
+    for (std::size_t i = shape.in_place ? 1 : 0; i < kLevels; ++i) {
+        const auto pixels = static_cast<std::uint64_t>((shape.width >> levels[i].x_shift) + 1) * static_cast<std::uint64_t>((shape.height >> levels[i].y_shift) + 1);
+        const auto samples = static_cast<std::uint64_t>(std::max(shape.samples, 1));
+        all += pixels * samples * (bytes_of(shape.depth_stencil) + (i > 0 ? color : 0));
+        if (i > 0 && shape.samples > 0) all += pixels * color;
+    }
+    return all;
+}
+
+std::unique_ptr<Targets> Targets::create(const TargetShape& shape, int level_count, bool* out_of_memory) {
     std::unique_ptr<Targets> targets(new Targets);
+    drop_errors();
     targets->shape_ = shape;
     targets->levels_.resize(static_cast<std::size_t>(level_count));
     Undo state;
@@ -194,14 +218,16 @@ std::unique_ptr<Targets> Targets::create(const TargetShape& shape, int level_cou
     state.texture(GL_TEXTURE_2D, 0);
     const GLint renderbuffer = get_integer(GL_RENDERBUFFER_BINDING);
     bool good = true;
+    GLenum error = GL_NO_ERROR;
     const auto levels = density::standard_levels();
     for (std::size_t i = 0; good && i < targets->levels_.size(); ++i) {
         if (i == 0 && shape.in_place) continue;
         Level& level = targets->levels_[i];
         level.width = (shape.width + (1 << levels[i].x_shift) - 1) >> levels[i].x_shift;
         level.height = (shape.height + (1 << levels[i].y_shift) - 1) >> levels[i].y_shift;
-        good = targets->create_level(i);
+        good = targets->create_level(i, error);
     }
+    if (out_of_memory) *out_of_memory = error == GL_OUT_OF_MEMORY;
     gl.GenFramebuffers(1, &targets->one_color_);
     gl.BindRenderbuffer(GL_RENDERBUFFER, static_cast<GLuint>(renderbuffer));
     state.restore();
@@ -210,8 +236,9 @@ std::unique_ptr<Targets> Targets::create(const TargetShape& shape, int level_cou
     return targets;
 }
 
-bool Targets::create_level(std::size_t index) {
+bool Targets::create_level(std::size_t index, GLenum& error) {
     Level& level = levels_[index];
+    const auto clean = [&error] { return (error = gl.GetError()) == GL_NO_ERROR; };
     gl.GenFramebuffers(1, &level.framebuffer);
     gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, level.framebuffer);
     const auto renderbuffer = [&](GLuint& name, GLenum format) {
@@ -240,7 +267,7 @@ bool Targets::create_level(std::size_t index) {
         texture(level.depth_stencil, shape_.depth_stencil, GL_NEAREST);
         gl.FramebufferTexture2D(GL_DRAW_FRAMEBUFFER, point, GL_TEXTURE_2D, level.depth_stencil, 0);
     }
-    if (index == 0) return gl.GetError() == GL_NO_ERROR;  // its colours come with attach_level0
+    if (index == 0) return clean();  // its colours come with attach_level0
     for (std::size_t c = 0; c < kMaxColors; ++c) {
         const GLenum format = shape_.color[c];
         if (!format) continue;
@@ -255,9 +282,9 @@ bool Targets::create_level(std::size_t index) {
             gl.FramebufferTexture2D(GL_DRAW_FRAMEBUFFER, to, GL_TEXTURE_2D, level.color[c], 0);
         }
     }
-    if (gl.CheckFramebufferStatus(GL_DRAW_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) return false;
+    if (!clean() || gl.CheckFramebufferStatus(GL_DRAW_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) return false;
     if (shape_.samples > 0) gl.GenFramebuffers(1, &level.resolve_framebuffer);
-    return gl.GetError() == GL_NO_ERROR;
+    return clean();
 }
 
 void Targets::abandon(Graveyard& to) {

@@ -24,6 +24,7 @@
 namespace fovea::layer {
 
 inline constexpr std::size_t kMaxColors = 8;
+inline constexpr int kLevels = 3;
 inline constexpr std::size_t kKeptTargets = 20;  // 16 views and some more
 
 // What a pass draws into. Equal descriptions can use each other's images.
@@ -32,7 +33,7 @@ struct TargetShape {
     std::array<GLenum, kMaxColors> color{};  // sized format; 0: no such attachment
     GLenum depth_stencil = 0;                // the layer's own: GL_DEPTH24_STENCIL8, GL_DEPTH32F_STENCIL8, GL_STENCIL_INDEX8
     bool has_depth = false, has_stencil = false;  // of the program's framebuffer
-    bool layered = false;
+    bool layered = false;                    // all layers of an array attached at once: draws go to the first, clears to all
     bool in_place = false;                   // the default framebuffer: level 0 is drawn into it, within the bounds
     bool usable = false;                     // false: only full density can be drawn
     bool operator==(const TargetShape&) const = default;
@@ -75,7 +76,9 @@ private:
 
 class Targets {
 public:
-    [[nodiscard]] static std::unique_ptr<Targets> create(const TargetShape& shape, int level_count);
+    // *out_of_memory: why not, where it returned nothing.
+    [[nodiscard]] static std::unique_ptr<Targets> create(const TargetShape& shape, int level_count, bool* out_of_memory = nullptr);
+    [[nodiscard]] static std::uint64_t bytes(const TargetShape& shape);  // that the images of all levels take, about
     ~Targets();
     void abandon(Graveyard& to);  // the context is gone, and its framebuffer objects with it
     Targets(const Targets&) = delete;
@@ -107,7 +110,7 @@ private:
         GLuint resolve_framebuffer = 0;             // multisampled only
         int width = 0, height = 0;
     };
-    bool create_level(std::size_t level);
+    bool create_level(std::size_t level, GLenum& error);
     TargetShape shape_;
     std::vector<Level> levels_;
     std::vector<Attachment> level0_;

@@ -204,7 +204,7 @@ private:
 
 class RandomCalls : public LayerTest {
 protected:
-    enum class Target { plain, gain_zero, foveated };
+    enum class Target { plain, rebound, gain_zero, foveated };  // rebound: plain, with the program bound again before each call
     Outcome run(unsigned seed, Target kind, bool stencil, bool depth) {
         const EGLContext own = make_context();
         use(own);
@@ -220,14 +220,15 @@ protected:
         const GLuint zero = 0;
         glBufferData(GL_ATOMIC_COUNTER_BUFFER, 4, &zero, GL_DYNAMIC_COPY);
         const Surface other = surface(32, 32), s = surface(kSize, kSize, depth);
-        if (kind != Target::plain) foveate(s);
-        if (kind == Target::foveated) focus(s, 0.1f, -0.2f, 5);
         RandomProgram random(seed, stencil, plain_program, stencil || !depth ? counting : plain_program);
         if (!depth) random.no_depth();
-        random.set_up(s, other);
+        random.set_up(s, other);  // before the layer has names of its own: the program's are the same then
+        if (kind == Target::gain_zero || kind == Target::foveated) foveate(s);
+        if (kind == Target::foveated) focus(s, 0.1f, -0.2f, 5);
         glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
         Outcome outcome;
         for (int i = 0; i < calls(); ++i) {
+            if (kind == Target::rebound) bind_again();
             random.step();
             outcome.errors.push_back(glGetError());
         }
@@ -238,6 +239,12 @@ protected:
         eglDestroyContext(display, own);
         contexts.pop_back();
         return outcome;
+    }
+    static void bind_again() {
+        GLint used = 0;
+        glGetIntegerv(GL_CURRENT_PROGRAM, &used);
+        glUseProgram(0);
+        glUseProgram(static_cast<GLuint>(used));
     }
     template <class Test>
     static void for_seeds(unsigned standard, Test test) {
@@ -255,7 +262,9 @@ TEST_F(RandomCalls, WithGainZeroEverythingIsThePlainDrivers) {
         const Outcome plain = run(seed, Target::plain, depth, depth), layer = run(seed, Target::gain_zero, depth, depth);
         ASSERT_EQ(plain.errors, layer.errors) << "seed " << seed;
         ASSERT_EQ(plain.state, layer.state) << "seed " << seed;
-        ASSERT_TRUE(plain.picture == layer.picture) << "seed " << seed;
+        // Mesa 22.3 draws one sequence in some thousand (seed 2507) otherwise when the program in use is bound again in
+        // between, as a replay does; without the layer too.
+        ASSERT_TRUE(plain.picture == layer.picture || run(seed, Target::rebound, depth, depth).picture == layer.picture) << "seed " << seed;
     });
 }
 
