@@ -8,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 #include <iostream>
 
 #include <fmt/core.h>
@@ -24,6 +25,7 @@ namespace fs = std::filesystem;
 
 struct LayerOptions {
     std::string library, vendor, reading = "area";
+    std::optional<unsigned> memory_mib;
     bool stats = false, report = false;
     AutoOptions automatic;
     std::string trace_page;  // empty: no trace
@@ -98,6 +100,7 @@ int run(const LayerOptions& options) {
         for (const int signal : {SIGTERM, SIGHUP, SIGINT, SIGQUIT}) std::signal(signal, SIG_DFL);
         setenv("__EGL_VENDOR_LIBRARY_FILENAMES", vendor_json.c_str(), 1);
         if (!options.vendor.empty()) setenv("FOVEA_LAYER_VENDOR", options.vendor.c_str(), 1);
+        if (options.memory_mib) setenv("FOVEA_LAYER_MEMORY_MIB", std::to_string(*options.memory_mib).c_str(), 1);
         setenv("FOVEA_LAYER_READING", options.reading.c_str(), 1);
         if (!options.trace_page.empty()) {
             setenv("FOVEA_LAYER_TRACE", folder.path.c_str(), 1);
@@ -140,6 +143,7 @@ void add_layer(CLI::App& app, int* exit_code) {
     const auto common = [](CLI::App* command) {
         command->add_option("--library", options.library, "The layer (default: libfovea_layer.so beside this program)");
         command->add_option("--vendor", options.vendor, "The EGL vendor library of the driver (default: libEGL_mesa.so.0)");
+        command->add_option("--memory", options.memory_mib, "Most MiB that the images of levels of one context may take (default: what the driver gives)");
         command->add_option("--reading", options.reading, "What half the density means: half the pixels (area), or half along each axis (linear)")
             ->check(CLI::IsMember({"area", "linear"}))->capture_default_str();
         command->add_flag("--stats", options.stats, "Print the layer's counters on stderr when the program has ended");
