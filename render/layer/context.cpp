@@ -10,8 +10,6 @@ namespace fovea::layer {
 constinit thread_local Context* t_context __attribute__((tls_model("initial-exec"))) = nullptr;
 constinit thread_local Context* t_recording __attribute__((tls_model("initial-exec"))) = nullptr;
 
-Context::~Context() = default;
-
 void Context::made_current(EGLDisplay display, EGLSurface surface) {
     if (version_ == 0) {
         const auto* text = reinterpret_cast<const char*>(gl.GetString(GL_VERSION));
@@ -52,25 +50,33 @@ void Context::made_current(EGLDisplay display, EGLSurface surface) {
     if (Framebuffer* f = find_framebuffer(0)) f->pass.mode = Pass::Mode::none;  // of another surface, maybe
 }
 
+GLenum Context::driver_error() {
+    const GLenum error = gl.GetError();
+    if (error == GL_CONTEXT_LOST) lost_ = true;
+    return error;
+}
+
 void Context::raise(GLenum error) {
     if (error_ != GL_NO_ERROR) return;
-    const GLenum earlier = gl.GetError();
+    const GLenum earlier = driver_error();
     error_ = earlier != GL_NO_ERROR ? earlier : error;
 }
 
 void Context::keep_driver_error() {
-    const GLenum error = gl.GetError();
+    const GLenum error = driver_error();
     if (error_ == GL_NO_ERROR) error_ = error;
 }
 
 GLenum Context::take_error() {
-    const GLenum driver = gl.GetError(), error = error_ != GL_NO_ERROR ? error_ : driver;
+    const GLenum driver = driver_error(), error = error_ != GL_NO_ERROR ? error_ : driver;
     error_ = GL_NO_ERROR;
+    if (lost_) lose();
     return error;
 }
 
 void Context::before_finish(Call call) {
     submit(call);
+    if (!active_) return;  // lost
     // The default framebuffer can be read by no draw: its resolve waits until it is shown or read.
     const bool waits = draw_framebuffer_ == 0 && call == Call::BindFramebuffer;
     if (Framebuffer* f = find_framebuffer(draw_framebuffer_); f && !waits) f->each_pass([this](Pass& p) { resolve(p); });
@@ -396,19 +402,6 @@ void Context::end_query(GLenum target, Call call) {
     if (target == GL_TIME_ELAPSED_EXT) return before_finish(call);
     before_submit(call);
     if (occlusion_queries_ > 0) --occlusion_queries_;
-}
-
-void Context::release_images() {
-    for (Kept& kept : kept_)
-        if (kept.owner) kept.owner->targets = nullptr, kept.owner->mode = Pass::Mode::none;
-    kept_.clear();
-    extrapolator_.reset();
-}
-
-void Context::abandon() {
-    for (Kept& kept : kept_) kept.targets->abandon(share_->dead);
-    own_.abandon(share_->dead);
-    (void)extrapolator_.release();  // its destructor would delete objects of whichever context is current
 }
 
 }  // namespace fovea::layer

@@ -121,6 +121,8 @@ public:
     void made_current(EGLDisplay display, EGLSurface surface);
     void release_images();               // current, nothing pending: level images are given back
     void abandon();                      // the driver's context is gone
+    void lose();                         // the driver's context is there, but everything in it is dead
+    [[nodiscard]] GLenum reset_status(GLenum status);  // as the driver gave it to the program
     bool to_be_destroyed = false;        // eglDestroyContext came while it was current
 
     [[nodiscard]] bool active() const noexcept { return active_; }
@@ -137,6 +139,7 @@ public:
     // Errors. A context has one error flag: the first error stays until glGetError.
     void raise(GLenum error);
     void keep_driver_error();
+    [[nodiscard]] bool has_error() const noexcept { return error_ != GL_NO_ERROR; }
     [[nodiscard]] GLenum take_error();
 
     // Policies of calls.txt.
@@ -160,7 +163,8 @@ public:
         if (!allowed(op)) return false;
         keep_driver_error();
         probe();
-        if (const GLenum error = gl.GetError(); error != GL_NO_ERROR) return raise(error), false;
+        if (const GLenum error = driver_error(); error != GL_NO_ERROR) return raise(error), false;
+        if (lost_) return lose(), false;
         const FullRate full = op == Op::draw && target_.kind == DrawTarget::Kind::automatic ? judge_draw(mode, count) : FullRate::none;
         open();
         if (full != FullRate::none) batch_.must_be_native = true, batch_.reason = full;
@@ -277,8 +281,11 @@ private:
     void set_for_own_drawing() const;
     [[nodiscard]] static ProgramFacts ask_program(GLuint program, GLint version);
 
+    [[nodiscard]] GLenum driver_error();
+    void forget_objects(Graveyard& to);
+
     std::shared_ptr<ShareGroup> share_;
-    bool active_ = false;
+    bool active_ = false, lost_ = false;  // lost_: seen, but not yet dealt with by lose()
     GLint version_ = 0;  // 30, 31, 32
     NativeExtensions native_;
     bool float_viewport_ = false, buffer_storage_ = false;

@@ -2,9 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
-#include <initializer_list>
 #include <mutex>
 #include <set>
 #include <string>
@@ -29,18 +27,6 @@ Added added_extensions(const Context& c) {
     if (!c.native().frame_extrapolation) added.names[added.count++] = "GL_QCOM_frame_extrapolation";
     if (!c.native().multiview) added.names[added.count++] = "GL_OVR_multiview", added.names[added.count++] = "GL_OVR_multiview2";
     return added;
-}
-
-void trace(const char* name, std::initializer_list<double> arguments) {
-    Trace* t = Trace::calls();
-    if (!t) return;
-    std::string text;
-    for (const double a : arguments) {
-        char value[32];
-        std::snprintf(value, sizeof value, std::isfinite(a) ? "%.6g" : "\"%g\"", a);
-        text += (text.empty() ? "" : ", ") + std::string(value);
-    }
-    t->call(name, text);
 }
 
 double real(GLfloat v) { return static_cast<double>(v); }
@@ -80,7 +66,7 @@ GLuint bound_texture(GLenum target) { return static_cast<GLuint>(get_integer(tex
 
 void set_parameter(Context& c, GLenum target, GLenum name, double value) {
     const GLuint texture = bound_texture(target);
-    trace("glTexParameter", {static_cast<double>(target), static_cast<double>(name), value});
+    trace_call("glTexParameter", {static_cast<double>(target), static_cast<double>(name), value});
     if (name == GL_TEXTURE_FOVEATED_MIN_PIXEL_DENSITY_QCOM) {
         if (!(value >= 0.0 && value <= 1.0)) return c.raise(GL_INVALID_OPERATION);
         return c.textures().set_min_density(texture, static_cast<float>(value));
@@ -204,7 +190,7 @@ void GL_APIENTRY layer_glFramebufferFoveationConfigQCOM(GLuint framebuffer, GLui
     if (!c) return;
     if (c->native().framebuffer_foveated)
         return gl.FramebufferFoveationConfigQCOM(framebuffer, layers, points_per_layer, requested, provided);
-    trace("glFramebufferFoveationConfigQCOM", {static_cast<double>(framebuffer), static_cast<double>(layers), static_cast<double>(points_per_layer), static_cast<double>(requested)});
+    trace_call("glFramebufferFoveationConfigQCOM", {static_cast<double>(framebuffer), static_cast<double>(layers), static_cast<double>(points_per_layer), static_cast<double>(requested)});
     if (framebuffer == 0 || !gl.IsFramebuffer(framebuffer)) return c->raise(GL_INVALID_VALUE);
     if (layers > static_cast<GLuint>(get_integer(GL_MAX_ARRAY_TEXTURE_LAYERS)) - 1) return c->raise(GL_INVALID_VALUE);
     if (points_per_layer > kFocalPoints) return c->raise(GL_INVALID_VALUE);
@@ -234,7 +220,7 @@ void GL_APIENTRY layer_glFramebufferFoveationParametersQCOM(GLuint framebuffer, 
     if (!c) return;
     if (c->native().framebuffer_foveated)
         return gl.FramebufferFoveationParametersQCOM(framebuffer, layer, point, x, y, gain_x, gain_y, area);
-    trace("glFramebufferFoveationParametersQCOM", {static_cast<double>(framebuffer), static_cast<double>(layer), static_cast<double>(point), real(x), real(y), real(gain_x), real(gain_y), real(area)});
+    trace_call("glFramebufferFoveationParametersQCOM", {static_cast<double>(framebuffer), static_cast<double>(layer), static_cast<double>(point), real(x), real(y), real(gain_x), real(gain_y), real(area)});
     if (framebuffer == 0 || !gl.IsFramebuffer(framebuffer)) return c->raise(GL_INVALID_VALUE);
     Framebuffer* f = c->find_framebuffer(framebuffer);
     if (!f || !f->config) return c->raise(GL_INVALID_OPERATION);
@@ -248,7 +234,7 @@ void GL_APIENTRY layer_glTextureFoveationParametersQCOM(GLuint texture, GLuint l
     if (!c) return;
     if (c->native().texture_foveated)
         return gl.TextureFoveationParametersQCOM(texture, layer, point, x, y, gain_x, gain_y, area);
-    trace("glTextureFoveationParametersQCOM", {static_cast<double>(texture), static_cast<double>(layer), static_cast<double>(point), real(x), real(y), real(gain_x), real(gain_y), real(area)});
+    trace_call("glTextureFoveationParametersQCOM", {static_cast<double>(texture), static_cast<double>(layer), static_cast<double>(point), real(x), real(y), real(gain_x), real(gain_y), real(area)});
     if (texture == 0 || !gl.IsTexture(texture)) return c->raise(GL_INVALID_VALUE);
     if (!c->textures().is_foveated(texture)) return c->raise(GL_INVALID_OPERATION);
     if (point >= kFocalPoints) return c->raise(GL_INVALID_VALUE);

@@ -17,6 +17,7 @@ public:
     void renderbuffer(GLuint name) { add(renderbuffers_, name); }
     void program(GLuint name) { add(programs_, name); }
     void buffer(GLuint name) { add(buffers_, name); }
+    void sampler(GLuint name) { add(samplers_, name); }
 
     // Deletes all of them; a context of the group is current.
     void bury() {
@@ -25,12 +26,21 @@ public:
         gl.DeleteTextures(static_cast<GLsizei>(textures_.size()), textures_.data());
         gl.DeleteRenderbuffers(static_cast<GLsizei>(renderbuffers_.size()), renderbuffers_.data());
         gl.DeleteBuffers(static_cast<GLsizei>(buffers_.size()), buffers_.data());
+        gl.DeleteSamplers(static_cast<GLsizei>(samplers_.size()), samplers_.data());
         for (const GLuint p : programs_) gl.DeleteProgram(p);
-        textures_.clear(), renderbuffers_.clear(), programs_.clear(), buffers_.clear();
-        any_.store(false, std::memory_order_relaxed);
+        empty();
+    }
+    // The share group is lost: there is nothing to delete any more.
+    void forget() {
+        const std::lock_guard lock(mutex_);
+        empty();
     }
 
 private:
+    void empty() {
+        textures_.clear(), renderbuffers_.clear(), programs_.clear(), buffers_.clear(), samplers_.clear();
+        any_.store(false, std::memory_order_relaxed);
+    }
     void add(std::vector<GLuint>& to, GLuint name) {
         if (name == 0) return;
         const std::lock_guard lock(mutex_);
@@ -39,7 +49,7 @@ private:
     }
     std::mutex mutex_;
     std::atomic<bool> any_{false};
-    std::vector<GLuint> textures_, renderbuffers_, programs_, buffers_;
+    std::vector<GLuint> textures_, renderbuffers_, programs_, buffers_, samplers_;
 };
 
 }  // namespace fovea::layer

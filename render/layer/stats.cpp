@@ -45,6 +45,7 @@ std::string Stats::json() const {
     number("pixels_planned", pixels_planned);
     number("depth_restored", depth_restored);
     number("extrapolations", extrapolations);
+    number("contexts_lost", contexts_lost);
     if (auto_settings().on) {
         out += "  \"auto\": {\"full_density_submissions\": {";
         const char* comma = "";

@@ -31,7 +31,7 @@ struct Stats {
     std::atomic<std::uint64_t> draws_recorded{0}, resolves{0}, targets_created{0};
     std::atomic<std::uint64_t> pixels_full{0}, pixels_planned{0};  // per submission: at full density; in the plan
     std::atomic<std::uint64_t> depth_restored{0};  // depth of a foveated pass brought back to full resolution
-    std::atomic<std::uint64_t> extrapolations{0};
+    std::atomic<std::uint64_t> extrapolations{0}, contexts_lost{0};
     std::atomic<std::uint64_t> auto_native_by[static_cast<std::size_t>(FullRate::count)]{};  // submissions of auto mode
     std::atomic<std::uint64_t> submitted_by[kCallCount]{};
     std::atomic<std::uint64_t> lateness_lost_by[kCallCount]{};

@@ -44,6 +44,7 @@ void Context::submit(Call call) {
     recording_ = false;
     t_recording = nullptr;
     keep_driver_error();
+    if (lost_) return lose();
     count(stats.submitted_by[static_cast<unsigned>(call)]);
     const Batch batch = batch_;
     for (GLuint view = 0; view < target_.views; ++view) {

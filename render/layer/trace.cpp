@@ -55,6 +55,14 @@ void Trace::call(const char* name, const std::string& arguments) {
     line("{\"frame\": " + std::to_string(frame_) + ", \"call\": \"" + name + "\", \"arguments\": [" + arguments + "]}");
 }
 
+void trace_call(const char* name, std::initializer_list<double> arguments) {
+    Trace* t = Trace::calls();
+    if (!t) return;
+    std::string text;
+    for (const double a : arguments) text += (text.empty() ? "" : ", ") + number(a);
+    t->call(name, text);
+}
+
 int Trace::submission(const Submission& s) {
     const std::lock_guard lock(mutex_);
     this_frame_ = true;

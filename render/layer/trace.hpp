@@ -11,6 +11,7 @@
 
 #include <cstdint>
 #include <cstdio>
+#include <initializer_list>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -55,6 +56,9 @@ private:
     static constexpr int kMostCalls = 2000, kMostSubmissions = 64;
     friend Trace* trace_instance();
 };
+
+// A call with numbers for arguments, if calls are traced.
+void trace_call(const char* name, std::initializer_list<double> arguments);
 
 // The colours of the framebuffer bound for reading, attachment `buffer` (GL_BACK or a colour attachment). Empty: not
 // readable as 8 bits per channel (integers, multisampled). State is left as it was; errors of the driver are dropped.

@@ -105,7 +105,7 @@ EGLBoolean make_current(EGLDisplay display, EGLSurface draw, EGLSurface read, EG
     }
     if (before && before->active()) {
         before->before_finish(kCallMakeCurrent);
-        if (!next || (before != next && before->to_be_destroyed)) before->release_images();
+        if (before != next && before->to_be_destroyed) before->release_images();
     }
     const EGLBoolean done = egl.MakeCurrent(display, draw, read, context);
     if (!done) return done;
@@ -119,7 +119,7 @@ EGLBoolean make_current(EGLDisplay display, EGLSurface draw, EGLSurface read, EG
 EGLBoolean release_thread() {
     if (t_owner && t_owner->active()) {
         t_owner->before_finish(kCallMakeCurrent);
-        t_owner->release_images();
+        if (t_owner->to_be_destroyed) t_owner->release_images();
     }
     const EGLBoolean done = egl.ReleaseThread();
     if (done) {

@@ -144,6 +144,17 @@ TEST(LayerPrograms, ATraceIsOnePageWithCallsPlansAndPictures) {
     std::remove(page.c_str());
 }
 
+TEST(LayerPrograms, ATraceHasTheCallsThatExtrapolate) {
+    const std::string page = temporary("extrapolating.html");
+    const Ran ran = shell(kBin + "/fovea layer trace --library " FOVEA_LAYER_LIBRARY " --vendor " FOVEA_LOSING_DRIVER " -o " + page + " -- " + kBin + "/layer_losing_program status");
+    EXPECT_EQ(ran.exit_code, 0);
+    const std::string html = file_text(page);
+    const std::size_t at = html.find("glExtrapolateTex2DQCOM");
+    ASSERT_NE(at, std::string::npos);
+    EXPECT_NE(html.substr(at, 60).find("0.5]"), std::string::npos) << html.substr(at, 60);  // names and the factor
+    std::remove(page.c_str());
+}
+
 TEST(LayerPrograms, AProgramThatNeverFoveatesLeavesNoPageAndIsToldWhy) {
     const std::string page = temporary("none.html"), errors = temporary("none");
     EXPECT_EQ(shell(kBin + "/fovea layer trace --library " FOVEA_LAYER_LIBRARY " -o " + page + " -- true", errors).exit_code, 1);
