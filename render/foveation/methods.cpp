@@ -36,7 +36,7 @@ Result<std::unique_ptr<Method>> create_scaled_bins(const MethodSettings& setting
 }
 
 Result<std::unique_ptr<Method>> create_shading_rate(const MethodSettings& settings) {
-    if (auto fine = ScaledBins::check_rates(settings.shading_rate); !fine) return std::unexpected(fine.error());
+    if (auto fine = BinsPlanner::check_rates(settings.shading_rate); !fine) return std::unexpected(fine.error());
     const NativeCalls calls = calls_of(settings);
     return calls.rate_attachment || calls.rate_per_draw ? NativeRates::create(settings, calls) : ScaledBins::create_rates(settings);
 }
