@@ -55,6 +55,7 @@ void submit_full_view(const gl::CommandList& draws, std::uint32_t view, const Vi
     cost.pixels_full += static_cast<std::uint64_t>(t.width_px) * static_cast<std::uint64_t>(t.height_px);
     if (draws.empty() && draws.clear().keep_color && draws.clear().keep_depth) return;   // nothing at all
     clear_view(draws.clear(), t, shape);
+    cost.executor = "full";
     if (draws.empty()) return;
     glDisable(GL_STENCIL_TEST);
     glViewport(t.x_px, t.y_px, t.width_px, t.height_px);
@@ -66,6 +67,7 @@ void submit_full_view(const gl::CommandList& draws, std::uint32_t view, const Vi
 FrameCost Full::submit(const gl::CommandList& draws, std::span<const ViewTarget> targets,
                        std::span<const ViewFocus>) noexcept {
     FrameCost cost;
+    cost.why = "the method";
     counter_.begin();
     const bool ready = prepared_.ready(targets);
     for (std::size_t v = 0; v < targets.size(); ++v)

@@ -13,6 +13,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -47,8 +48,19 @@ struct FrameCost {
     std::uint64_t pixels_full = 0;     // the views' pixels
     std::uint32_t submissions = 0;     // how often the list of draws was issued
     std::uint32_t draws = 0;           // draws issued, all submissions
+    // How it was drawn: "full", "level masks", "rectangle lists", "late level 0"; empty: the only way the method has. And why
+    // so. Strings that live for ever.
+    const char* executor = "";
+    const char* why = "";
     bool fell_back = false;            // drawn in full because a target could not be had, or the frame could not be foveated
     const char* note = "";             // why it fell back; a string that lives for ever
+};
+
+// A method that chooses has settled on another executor.
+struct ExecutorSwitch {
+    const char* from = "";
+    const char* to = "";
+    Duration from_cost{0}, to_cost{0};   // of a frame: the median of the last ones, and the trial that decided
 };
 
 struct NativeCalls;
@@ -57,6 +69,9 @@ struct NativeCalls;
 enum class Resolver : std::uint8_t { automatic, gpu, processor };
 // How fragments outside a level's bins are rejected.
 enum class Mask : std::uint8_t { automatic, stencil, depth };
+
+// How scaled_bins draws its levels: one submission each under a mask, or one for each of a few rectangles. Same picture.
+enum class BinExecutor : std::uint8_t { masks, rectangles };
 
 // Where a shading-rate map is made.
 enum class RateMaker : std::uint8_t { automatic, gpu, processor };
@@ -89,6 +104,8 @@ struct MethodSettings {
     int resolve_threads = 0;        // of the processor's resolve: 0 as many as processors (at most 4), 1 only the caller
     Resolver resolver = Resolver::automatic;   // automatic: what the start-up probe found to be cheaper on this driver
     Mask mask = Mask::automatic;               // automatic: stencil, unless only depth rejects early on this driver
+    BinExecutor executor = BinExecutor::masks;         // scaled_bins; auto chooses by what the frames cost
+    double texels_per_rectangle = 2000;                // rectangles: shade so many texels more if that saves one, 0 to 1e9
     double late_allowance = 0.15;   // auto_late: how much more a frame may cost whose fovea is drawn after the latch, (0, 10]
     InsetOutsetSettings inset_outset;
     DynamicViewportSettings dynamic_viewports;
@@ -116,6 +133,8 @@ public:
     [[nodiscard]] virtual bool wants_gaze_status() const noexcept { return false; }
     // How long the last frame took, submit to GPU done: methods that choose between executors learn from it.
     virtual void observe(Duration) noexcept {}
+    // The last switch, once; nothing if there was none since the last call.
+    [[nodiscard]] virtual std::optional<ExecutorSwitch> take_switch() noexcept { return std::nullopt; }
     // What draws at present: the method's own name, or that of the one it has chosen.
     [[nodiscard]] virtual std::string_view executor() const noexcept { return name(); }
     // The extension by which the driver itself foveates; empty: emulated, by passes of this library.

@@ -58,6 +58,7 @@ Result<void> ScaledBins::make_views(std::span<const ViewTarget> targets) {
         views.push_back(*std::move(view));
     }
     views_ = std::move(views);
+    rectangles_.prepare(late_ ? 0 : targets.size(), settings_.texels_per_rectangle);
     return {};
 }
 
@@ -88,10 +89,13 @@ FrameCost ScaledBins::submit(const gl::CommandList& draws, std::span<const ViewT
     if (late_ && !late_->early_done()) submit_early(draws, targets, focus);
     if (late_ && late_->early_done()) {
         late_->late(tools(), views_, draws, targets, focus, cost);
+        cost.executor = "late level 0";
+        cost.why = "the method";
         return cost;
     }
     counter_.begin();
-    const bool ready = prepared_.ready(targets);
+    const bool ready = prepared_.ready(targets), by_rectangles = settings_.executor == BinExecutor::rectangles;
+    bool foveated = false;
     for (std::size_t v = 0; v < targets.size(); ++v) {
         const auto index = static_cast<std::uint32_t>(v);
         const char* why = ready ? obstacle(v, targets[v], draws.clear()) : prepared_.note();
@@ -107,10 +111,15 @@ FrameCost ScaledBins::submit(const gl::CommandList& draws, std::span<const ViewT
         BinsView& view = views_[v];
         cost.pixels_full += view.plan.pixels_full();
         view.upload();
+        if (by_rectangles) rectangles_.update(view, v);
         // Coarse to fine: while the driver still draws level 0 of one view, the other's is being recorded.
         for (int level = view.plan.settings().level_count - 1; level >= 0; --level)
-            if (view.uses(level)) masks_.draw(view, index, targets[v], draws, level, false, counter_.enabled(), cost);
+            if (view.uses(level) && !(by_rectangles && rectangles_.draw(view, index, targets[v], draws, level, counter_.enabled(), cost)))
+                masks_.draw(view, index, targets[v], draws, level, false, counter_.enabled(), cost);
+        foveated = true;
     }
+    cost.why = cost.fell_back ? cost.note : foveated ? "the setting" : draws.empty() ? "nothing is drawn" : "full density is wanted everywhere";
+    if (foveated) cost.executor = by_rectangles ? "rectangle lists" : "level masks";
     if (!ready || draws.empty()) return cost;
     for (std::size_t v = 0; v < targets.size(); ++v)
         if (*obstacle(v, targets[v], draws.clear()) == 0 && !views_[v].whole()) resolve_.run(views_[v], views_[v], targets[v], true, true);

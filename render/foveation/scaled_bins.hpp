@@ -4,6 +4,7 @@
 //
 //   executor                                                        picture                  wins where
 //   level_masks        a stencil mask of the level's bins            the same                 most scenes
+//   rectangle_lists    each level as a few scissored rectangles     the same                 many small draws with bounds
 //   late_fovea         levels 1.. before the latch, level 0 after    denser around the gaze   a late latch counts
 //
 // Level 0 goes straight into the app's framebuffer with the app's viewport, so the fovea is bit-identical to a full
@@ -25,6 +26,7 @@
 #include "render/foveation/level_resolve.hpp"
 #include "render/foveation/method.hpp"
 #include "render/foveation/prepared.hpp"
+#include "render/foveation/rectangle_lists.hpp"
 
 namespace fovea::foveation {
 
@@ -36,6 +38,8 @@ public:
     // The same fed by a shading-rate map instead of the density equation: `shading_rate`.
     [[nodiscard]] static Result<std::unique_ptr<Method>> create_rates(const MethodSettings& settings);
     [[nodiscard]] std::string_view name() const noexcept override { return late_ ? "scaled_bins_late" : planner_.by_rates() ? "shading_rate" : "scaled_bins"; }
+    // From the next submit on; not for a late fovea, which is drawn by masks.
+    void use(BinExecutor executor) noexcept { settings_.executor = executor; }
     [[nodiscard]] bool exact_fovea() const noexcept override { return true; }
     [[nodiscard]] Result<void> prepare(std::span<const ViewTarget> targets) override;
     FrameCost submit(const gl::CommandList& draws, std::span<const ViewTarget> targets,
@@ -62,6 +66,7 @@ private:
     BinsPlanner planner_;
     LevelMasks masks_;
     LevelResolve resolve_;
+    RectangleLists rectangles_;
     std::optional<LateFovea> late_;
     Prepared prepared_;
     std::vector<BinsView> views_;

@@ -51,8 +51,9 @@ struct Aabb {
     std::array<float, 3> low{1e30f, 1e30f, 1e30f}, high{-1e30f, -1e30f, -1e30f};
 };
 
-// Where a box can appear in the view, NDC, rounded outward; the whole view when it reaches behind the near plane,
-// empty when it lies wholly behind it or outside the view.
+// Where a box can appear in the view, NDC, rounded outward by what the vertex shader's floats may be off; the whole view when
+// it reaches the plane of the eye (or is not finite), empty when it lies wholly outside one plane of the view.
+// Any matrix. Conservative: whatever of the box is seen lies within (a property test).
 [[nodiscard]] gl::Box project_bounds(const Mat4& clip_from_world, const Aabb& box) noexcept;
 
 }  // namespace fovea::scene

@@ -19,32 +19,6 @@ Point unit(const Point& a) noexcept {
 
 }  // namespace
 
-gl::Box project_bounds(const Mat4& m, const Aabb& box) noexcept {
-    double x0 = 1e30, y0 = 1e30, x1 = -1e30, y1 = -1e30;
-    int behind = 0;
-    for (unsigned corner = 0; corner < 8; ++corner) {
-        const double p[3] = {(corner & 1) != 0 ? box.high[0] : box.low[0], (corner & 2) != 0 ? box.high[1] : box.low[1],
-                             (corner & 4) != 0 ? box.high[2] : box.low[2]};
-        const auto row = [&](std::size_t i) { return m[i] * p[0] + m[4 + i] * p[1] + m[8 + i] * p[2] + m[12 + i]; };
-        const double w = row(3);
-        if (w < 1e-3 || row(2) < -w) {   // behind the eye or before the near plane
-            ++behind;
-            continue;
-        }
-        x0 = std::min(x0, row(0) / w);
-        x1 = std::max(x1, row(0) / w);
-        y0 = std::min(y0, row(1) / w);
-        y1 = std::max(y1, row(1) / w);
-    }
-    constexpr gl::Box kNowhere{0, 0, 0, 0};
-    if (behind == 8) return kNowhere;
-    if (behind > 0) return {};
-    constexpr double kSlack = 1e-4;   // of the float arithmetic in the vertex shader
-    const gl::Box b{static_cast<float>(std::max(-1.0, x0 - kSlack)), static_cast<float>(std::max(-1.0, y0 - kSlack)),
-                    static_cast<float>(std::min(1.0, x1 + kSlack)), static_cast<float>(std::min(1.0, y1 + kSlack))};
-    return b.empty() ? kNowhere : b;
-}
-
 std::uint32_t MeshBuilder::vertex(const Point& p, const Point& n, std::array<float, 2> uv) {
     const auto snorm = [](float v) { return static_cast<std::int8_t>(std::lround(std::clamp(v, -1.0f, 1.0f) * 127.0f)); };
     mesh_.vertices.push_back({p, {snorm(n[0]), snorm(n[1]), snorm(n[2]), 0}, uv, material_});

@@ -43,7 +43,8 @@ const gl::Context* context() {
     return c ? &*c : nullptr;
 }
 
-void foveation_frame(benchmark::State& state, const std::string& scene_name, const std::string& method_name, int size, float gain) {
+void foveation_frame(benchmark::State& state, const std::string& scene_name, const std::string& method_name, int size, float gain,
+                     const foveation::MethodSettings& settings = {}) {
     if (context() == nullptr) return state.SkipWithError("no EGL context");
     auto scene = scene::Scene::create({.name = scene_name, .extra_lights = scene_name == "fragbox" ? kHeavier : 0});
     if (!scene) return state.SkipWithError(scene.error().message().c_str());
@@ -60,7 +61,7 @@ void foveation_frame(benchmark::State& state, const std::string& scene_name, con
     }
     std::map<std::string, std::unique_ptr<foveation::Method>> methods;
     for (const std::string& name : {std::string("full"), method_name}) {
-        auto m = foveation::create_method(name, {});
+        auto m = foveation::create_method(name, settings);
         if (!m) return state.SkipWithError(m.error().message().c_str());
         if (auto r = (*m)->prepare(targets); !r) return state.SkipWithError(r.error().message().c_str());
         methods[name] = *std::move(m);
