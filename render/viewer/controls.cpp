@@ -66,7 +66,7 @@ std::vector<std::string> text_lines(const Controls& c, const ReadOut& r, std::sp
     if (!c.readout) return lines;
     const Summary& s = r.summary;
     const Latched& l = r.newest.latched();
-    lines.push_back((r.quality.empty() ? c.method : "quality " + r.quality) + (r.executor != c.method ? " (" + r.executor + ")" : "") + ", " + r.scene + text(", 2 x %d x %d", r.width_px, r.height_px));
+    lines.push_back((r.quality.empty() ? c.method : "quality " + r.quality) + (r.executor != c.method ? " (" + r.executor + ")" : "") + (*r.newest.cost.executor != 0 ? std::string(", ") + r.newest.cost.executor + ": " + r.newest.cost.why : "") + ", " + r.scene + text(", 2 x %d x %d", r.width_px, r.height_px));
     lines.push_back(text("%.1f frames/s, %.1f ms each, %.1f %% of the pixels shaded%s", r.frames_per_second, s.frame_ms, 100 * r.newest.shaded(), c.paused ? ", held still" : ""));
     lines.push_back(!l.live()                               ? std::string("gaze: none (static focal point)")
                     : l.source == GazeSource::mouse ? std::string("gaze: mouse")

@@ -35,7 +35,7 @@ std::expected<Eyes, Failure> Eyes::create(const Options& o, const TimeSource& ti
         if (!ladder) return failed(ladder.error(), kUnusableInput);
         std::optional<quality::GovernorSettings> governor;
         if (o.quality == "auto" || o.budget_ms > 0) governor.emplace().budget = seconds(o.budget_ms > 0 ? o.budget_ms * 1e-3 : 1 / o.scanout.refresh_hz);
-        auto control = quality::Control::create(*std::move(ladder), governor);
+        auto control = quality::Control::create(eyes.planned(*std::move(ladder), o.width_px, o.height_px), governor);
         if (!control) return failed(control.error(), kUsage);
         eyes.quality_.emplace(*std::move(control));
     }
@@ -46,6 +46,24 @@ std::expected<Eyes, Failure> Eyes::create(const Options& o, const TimeSource& ti
 
 effects::Plan Eyes::plan(const std::string& method, int width_px, int height_px) const {
     return effects::plan(needs_, {.method = method, .width_px = width_px, .height_px = height_px}, declared_);
+}
+
+quality::Ladder Eyes::planned(quality::Ladder ladder, int width_px, int height_px) const {
+    for (quality::Setting& s : ladder.settings) {
+        const effects::Plan wanted = plan(s.method, width_px, height_px);
+        const density::Reading own = s.parameters.plan.reading;
+        wanted.apply(s.parameters);
+        if (!wanted.on(effects::Effect::finer_periphery)) s.parameters.plan.reading = own;   // the ladder may ask for more than the scene
+    }
+    return ladder;
+}
+
+std::vector<std::string> Eyes::effects() const {
+    const effects::Plan p = plan(quality_ ? quality_->setting().method : method_name_, width(), height());
+    std::vector<std::string> on;
+    for (const auto& e : effects::effect_entries())
+        if (p.on(e.effect)) on.emplace_back(e.name);
+    return on;
 }
 
 Result<void> Eyes::resize(int width_px, int height_px) {

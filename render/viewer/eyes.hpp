@@ -47,6 +47,10 @@ public:
         if (quality_) quality_->observe(now, cost);
         else method_->observe(cost);
     }
+    // The executor that a choosing method has settled on anew, once.
+    [[nodiscard]] std::optional<foveation::ExecutorSwitch> take_switch() noexcept { return next().take_switch(); }
+    // The effects that the planner has switched on for what draws, by name.
+    [[nodiscard]] std::vector<std::string> effects() const;
     // What the quality governor has changed, line by line; null: no --quality.
     [[nodiscard]] quality::Control* quality() noexcept { return quality_ ? &*quality_ : nullptr; }
 
@@ -65,6 +69,8 @@ private:
     void focus_on(const Latched& latched) noexcept;
     [[nodiscard]] foveation::Method& next() const noexcept { return quality_ ? quality_->method() : *method_; }
     [[nodiscard]] bool warm_up(const TimeSource& time);
+    // The settings of a ladder with what the scene calls for in each of them.
+    [[nodiscard]] quality::Ladder planned(quality::Ladder ladder, int width_px, int height_px) const;
     [[nodiscard]] effects::Plan plan(const std::string& method, int width_px, int height_px) const;
 
     density::FoveaSizeSettings fovea_;

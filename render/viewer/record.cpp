@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
+#include <functional>
 #include <utility>
 
 namespace fovea::viewer {
@@ -36,6 +38,13 @@ void Record::rendered(const Frame& f) {
         apart_deg_.add(angle_deg(f.late.focals[0].gaze_dir_view, f.early.focals[0].gaze_dir_view));
     }
     shaded_sum_ += f.shaded();
+    if (*f.cost.executor == 0) return;
+    const auto same = [&](const Way& w) { return std::strcmp(w.name, f.cost.executor) == 0; };
+    auto way = std::ranges::find_if(ways_, same);
+    if (way == ways_.end()) way = ways_.insert(way, {f.cost.executor, f.cost.why});
+    way->why = f.cost.why;
+    way->last = f.number;
+    ++way->frames;
 }
 
 void Record::extrapolated(const Frame& f) {
@@ -74,6 +83,9 @@ Summary Record::summary() const {
     s.extrapolation_ms = between_ms_.median();
     s.latch_to_photon_extrapolated_ms = between_photon_ms_.median();
     s.photon_error_ms = error_ms_.median();
+    std::vector<Way> ways = ways_;
+    std::ranges::sort(ways, std::greater{}, &Way::last);
+    for (const Way& w : ways) s.executors.push_back({w.name, w.why, w.frames});
     if (s.frames > 0) s.shaded = shaded_sum_ / static_cast<double>(s.frames);
     return s;
 }

@@ -36,6 +36,12 @@ public:
 
 private:
     Summary summary_;
+    // Names and reasons live for ever: they are compared by text, and kept as they are.
+    struct Way {
+        const char *name = "", *why = "";
+        std::uint64_t frames = 0, last = 0;
+    };
+    std::vector<Way> ways_;
     struct LatchTo {
         Kept submit_ms, gpu_done_ms, photon_ms;
         [[nodiscard]] Summary::LatchTo medians() const { return {submit_ms.median(), gpu_done_ms.median(), photon_ms.median()}; }

@@ -33,6 +33,13 @@ std::string to_text(const Summary& s, const Options& o) {
                       s.extrapolated_psnr_db, s.held_psnr_db, o.out.c_str());
         out += text.data();
     }
+    for (std::size_t i = 0; i < s.executors.size(); ++i)
+        out += (i == 0 ? "drawn by " : "; ") + s.executors[i].name + ": " + std::to_string(s.executors[i].frames) + " frames (" + s.executors[i].why + ")" + (i + 1 == s.executors.size() ? "\n" : "");
+    if (!s.effects.empty()) {
+        out += "effects that the scene calls for:";
+        for (const std::string& e : s.effects) out += " " + e;
+        out += "\n";
+    }
     if (!s.quality.empty()) out += "quality: " + s.quality + " at the end, " + std::to_string(s.quality_changes) + " changes\n";
     if (s.snapshot_frame != 0)
         out += "pictures of frame " + std::to_string(s.snapshot_frame) + ": " + o.out + "/frame.png, " + o.out + "/frame_levels.png\n";
@@ -68,6 +75,9 @@ std::string to_json(const Summary& s, const Options& o) {
         j["extrapolation"]["psnr_db"] = s.extrapolated_psnr_db;
         j["extrapolation"]["held_psnr_db"] = s.held_psnr_db;
     }
+    j["executors"] = nlohmann::ordered_json::array();
+    for (const auto& e : s.executors) j["executors"].push_back({{"name", e.name}, {"frames", e.frames}, {"why", e.why}});
+    j["effects"] = s.effects;
     if (!s.quality.empty()) j["quality"] = {{"setting", s.quality}, {"changes", s.quality_changes}};
     j["connects"] = s.connects;
     j["frames_dropped"] = s.frames_dropped;

@@ -59,6 +59,7 @@ public:
             }
             if (snapshot_due()) take_snapshot();
             log_quality();
+        log_executor();
             progress(false);
         }
         progress(true);
@@ -280,6 +281,12 @@ private:
         return write_comparison(made, truth, eyes_.width(), eyes_.height(), o_.out);
     }
 
+    void log_executor() {
+        if (const auto s = eyes_.take_switch())
+            std::fprintf(stderr, "%sfovea-view: %8.3f s: executor: %s -> %s (%.1f ms instead of %.1f ms a frame)\n", o_.progress ? "\r\033[K" : "", to_seconds(time_.now() - begin_),
+                         s->from, s->to, to_seconds(s->to_cost) * 1e3, to_seconds(s->from_cost) * 1e3);
+    }
+
     // After the frame was shown: writing costs the next one at most what waits for a terminal cost.
     void log_quality() {
         quality::Control* const control = eyes_.quality();
@@ -314,6 +321,7 @@ private:
             s.quality_changes = control->changes();
         }
         s.method = eyes_.method_name();
+        s.effects = eyes_.effects();
         s.width_px = eyes_.width();
         s.height_px = eyes_.height();
         const fovea_status status = gaze_.status();

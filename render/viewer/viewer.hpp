@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "protocol/error.hpp"
 #include "render/viewer/options.hpp"
@@ -35,6 +36,13 @@ struct Summary {
     std::uint64_t photons_measured = 0, photons_estimated = 0, photons_simulated = 0;   // of the frames whose photon became known
     std::uint64_t never_shown = 0;     // a newer frame took their place
     double shaded = 1;                 // pixels shaded against full, mean
+    // What drew the frames and why, as FrameCost says: every way that was taken, the last first.
+    struct Executor {
+        std::string name, why;
+        std::uint64_t frames = 0;
+    };
+    std::vector<Executor> executors;
+    std::vector<std::string> effects;  // that the planner has switched on for what draws at the end
     std::uint64_t extrapolated = 0;    // shown after rendered ones; not among `frames`
     double extrapolation_ms = 0;       // median, both eyes
     double latch_to_photon_extrapolated_ms = 0;   // median; the latch is that of the frame before

@@ -250,6 +250,37 @@ TEST_F(Viewer, QualityAutoClimbsWhereThereIsTime) {
     EXPECT_NE(r.err.find("gain 4 -> scaled_bins, gain 3: a better one fits"), std::string::npos) << r.err;
 }
 
+// What the scene calls for is drawn, whatever the ladder names.
+TEST_F(Viewer, QualityDrawsWithTheEffectsThatTheSceneCallsFor) {
+    std::ofstream(dir_ / "ladder.toml") << "[quality]\npick = \"arm\"\n[[quality.setting]]\nlabel = \"arm\"\nmethod = \"inset_outset\"\nratio = 0.4\ncost = 0.5\nerror = 3\n";
+    std::array<std::string, 2> pictures;
+    for (const bool contrast : {false, true}) {
+        std::ofstream(dir_ / "room.toml") << "scene = \"text\"\n[effects]\nhidden_area = true\ncontrast = " << (contrast ? "true" : "false") << "\n[needs]\nlens_radius = 0.8\n";
+        const fs::path out = dir_ / (contrast ? "with" : "without");
+        const Outcome r = run("--wait --frames 1 --size 96 --speed 0 --json --scene " + quoted(dir_ / "room.toml") + " --quality " + quoted(dir_ / "ladder.toml") + " --out " + quoted(out));
+        ASSERT_EQ(r.exit_code, 0) << r.err;
+        const auto effects = nlohmann::json::parse(r.out)["effects"].get<std::vector<std::string>>();
+        EXPECT_EQ(std::ranges::count(effects, "contrast"), contrast);
+        EXPECT_EQ(std::ranges::count(effects, "hidden_area"), 1);
+        std::ifstream in(out / "frame.png", std::ios::binary);
+        pictures[contrast] = {std::istreambuf_iterator<char>(in), {}};
+        ASSERT_FALSE(pictures[contrast].empty());
+    }
+    EXPECT_NE(pictures[0], pictures[1]) << "contrast reaches the pixels";
+}
+
+TEST_F(Viewer, SaysWhichExecutorDrewTheFramesAndWhy) {
+    const Outcome r = run(std::string(kQuick) + "--json --method scaled_bins");
+    ASSERT_EQ(r.exit_code, 0) << r.err;
+    const auto executors = nlohmann::json::parse(r.out)["executors"];
+    ASSERT_EQ(executors.size(), 1u) << r.out;
+    EXPECT_EQ(executors[0]["frames"], 3);
+    EXPECT_EQ(executors[0]["name"], "level masks");
+    EXPECT_EQ(executors[0]["why"], "the setting");
+    const Outcome text = run(std::string(kQuick) + "--method auto --scene fragbox");
+    EXPECT_NE(text.out.find("drawn by "), std::string::npos) << text.out;
+}
+
 TEST_F(Viewer, QualityReadsTheFileThatTheTradeoffWrites) {
     const std::string ladder = quoted(dir_ / "quality.toml");
     std::string command = std::string("'") + FOVEA_BIN_DIR;
