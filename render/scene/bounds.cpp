@@ -22,6 +22,8 @@ gl::Box project_bounds(const Mat4& m, const Aabb& box) noexcept {
     double x0 = 1e300, y0 = 1e300, x1 = -1e300, y1 = -1e300;
     // Half-spaces outside the view: a box that lies wholly in one of them is not seen, wherever else its corners are.
     std::array<int, 6> outside{};
+    std::array<double, 3> error{};   // of x, y and w, the largest
+    double nearest = 1e300;          // the least w
     bool open = false;   // reaches the plane of the eye: its projection has no end
     for (unsigned corner = 0; corner < 8; ++corner) {
         const double p[3] = {(corner & 1) != 0 ? box.high[0] : box.low[0], (corner & 2) != 0 ? box.high[1] : box.low[1],
@@ -39,19 +41,22 @@ gl::Box project_bounds(const Mat4& m, const Aabb& box) noexcept {
             open = true;
             continue;
         }
-        // |x / w - x' / w'| where x' and w' are the shader's.
-        const auto spread = [&](const Row& r) { return kSlack + (r.error + std::abs(r.value / w.value) * w.error) / (w.value - w.error); };
-        const double sx = spread(x), sy = spread(y);
-        x0 = std::min(x0, x.value / w.value - sx);
-        x1 = std::max(x1, x.value / w.value + sx);
-        y0 = std::min(y0, y.value / w.value - sy);
-        y1 = std::max(y1, y.value / w.value + sy);
+        x0 = std::min(x0, x.value / w.value);
+        x1 = std::max(x1, x.value / w.value);
+        y0 = std::min(y0, y.value / w.value);
+        y1 = std::max(y1, y.value / w.value);
+        error = {std::max(error[0], x.error), std::max(error[1], y.error), std::max(error[2], w.error)};
+        nearest = std::min(nearest, w.value);
     }
     for (const int n : outside)
         if (n == 8) return kNowhere;
-    if (open) return {};
-    const gl::Box b{static_cast<float>(std::clamp(x0, -1.0, 1.0)), static_cast<float>(std::clamp(y0, -1.0, 1.0)),
-                    static_cast<float>(std::clamp(x1, -1.0, 1.0)), static_cast<float>(std::clamp(y1, -1.0, 1.0))};
+    if (open || !(nearest > 2 * error[2])) return {};
+    // |x / w - x' / w'| where x' and w' are the shader's, anywhere in the box: the worst of each over its corners.
+    const double away = nearest - error[2];
+    const double sx = kSlack + (error[0] + std::max(std::abs(x0), std::abs(x1)) * error[2]) / away;
+    const double sy = kSlack + (error[1] + std::max(std::abs(y0), std::abs(y1)) * error[2]) / away;
+    const gl::Box b{static_cast<float>(std::clamp(x0 - sx, -1.0, 1.0)), static_cast<float>(std::clamp(y0 - sy, -1.0, 1.0)),
+                    static_cast<float>(std::clamp(x1 + sx, -1.0, 1.0)), static_cast<float>(std::clamp(y1 + sy, -1.0, 1.0))};
     return b.empty() ? kNowhere : b;
 }
 
