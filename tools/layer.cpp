@@ -107,7 +107,7 @@ int run(const LayerOptions& options) {
             setenv("FOVEA_LAYER_TRACE_FRAMES", std::to_string(options.trace_frames).c_str(), 1);
         }
         if (options.automatic.on) setenv("FOVEA_LAYER_AUTO", automatic.c_str(), 1);
-        if (options.stats || options.report) setenv("FOVEA_LAYER_STATS", stats_json.c_str(), 1);
+        if (options.stats || options.report || options.automatic.compare) setenv("FOVEA_LAYER_STATS", stats_json.c_str(), 1);
         execvp(arguments[0], arguments.data());
         fmt::print(stderr, "fovea layer: cannot start {}: {}\n", options.program[0], std::strerror(errno));
         _exit(errno == ENOENT ? 127 : 126);
@@ -116,10 +116,11 @@ int run(const LayerOptions& options) {
     int status = 0;
     while (waitpid(pid, &status, 0) < 0)
         if (errno != EINTR) return fail_with(fmt::format("waiting failed: {}", std::strerror(errno)), kFailed);
-    if (options.stats || options.report) {
+    if (options.stats || options.report || options.automatic.compare) {
         std::ifstream in(stats_json);
         const std::string counters{std::istreambuf_iterator<char>(in), {}};
         if (options.report) std::cerr << auto_report(counters);
+        if (options.automatic.compare && !options.stats) std::cerr << comparison_report(counters);
         if (options.stats) std::cerr << counters;
         if (counters.empty())
             fmt::print(stderr, "fovea layer: no counters: the program made no EGL display, or ended without exit()\n");
@@ -158,7 +159,10 @@ void add_layer(CLI::App& app, int* exit_code) {
             ->needs("--auto");
         command->add_option("--fov", options.automatic.fov_deg, "Auto: horizontal angle that the window fills, degrees (default 40)")
             ->check(CLI::Range(1.0, 179.0))->needs("--auto");
-        command->add_flag("--always", options.automatic.always, "Auto: foveate also where a trial finds that it takes longer")->needs("--auto");
+        CLI::Option* always = command->add_flag("--always", options.automatic.always, "Auto: foveate also where a trial finds that it takes longer")->needs("--auto");
+        command->add_flag("--compare", options.automatic.compare,
+                          "Auto: draw blocks of frames straight, recorded at full density and foveated in turns, and print on stderr what they take")
+            ->needs("--auto")->excludes(always);
         command->add_option("--rules", options.automatic.rules, "Auto: folder of rules per program (configs/layer/README.md)")->needs("--auto");
         command->add_flag("--report", options.report, "Auto: say on stderr, per GL program, what was drawn at full density and why")->needs("--auto");
     };

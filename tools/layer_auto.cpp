@@ -112,6 +112,7 @@ Result<std::string> auto_environment(const AutoOptions& options, const std::stri
     if (options.area) (*keys)["area"] = fmt::format("{}", *options.area);
     if (options.fov_deg) (*keys)["fov_deg"] = fmt::format("{}", *options.fov_deg);
     if (options.always) (*keys)["always"] = "1";
+    if (options.compare) (*keys)["compare"] = "1", (*keys)["always"] = "0";
     std::string text;
     for (const auto& [key, value] : *keys) text += (text.empty() ? "" : ";") + key + "=" + value;
     return text;
@@ -136,6 +137,22 @@ std::string auto_report(const std::string& counters_json) {
         text += fmt::format("  program {:<2} may be foveated in {} draws{}   | {}\n", number, foveated, why, program.value("shader", ""));
     }
     return text;
+}
+
+std::string comparison_report(const std::string& counters_json) {
+    const auto counters = nlohmann::json::parse(counters_json, nullptr, false);
+    if (counters.is_discarded() || !counters.contains("auto")) return {};
+    const auto compare = counters["auto"].value("compare", nlohmann::json());
+    if (!compare.is_object()) return "no comparison: the program drew fewer than 54 frames\n";
+    const auto line = [&](const char* what, const char* key) {
+        const auto processor = compare[std::string(key) + "_processor"], time = compare[std::string(key) + "_time"];
+        return fmt::format("{:<36} {:.3f} of the processor time ({:.3f} to {:.3f}), {:.3f} of the time ({:.3f} to {:.3f})\n", what,
+                           processor[1].get<double>(), processor[0].get<double>(), processor[2].get<double>(), time[1].get<double>(),
+                           time[0].get<double>(), time[2].get<double>());
+    };
+    return fmt::format("a frame straight from the driver: {:.2f} ms of processor time, {:.2f} ms; {} pairs of blocks, median and middle half\n",
+                       compare.value("processor_ms", 0.0), compare.value("time_ms", 0.0), compare.value("pairs", 0)) +
+           line("recorded, replayed at full density", "recorded") + line("foveated", "levels");
 }
 
 }  // namespace fovea::tools

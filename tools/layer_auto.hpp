@@ -14,7 +14,7 @@
 namespace fovea::tools {
 
 struct AutoOptions {
-    bool on = false, always = false;
+    bool on = false, always = false, compare = false;
     std::string rules;                 // a folder; empty: the places of configs/layer/README.md
     std::string gain;                  // "4", or "4,3" for x and y; empty: the rules'
     std::string focus;                 // "x,y"; empty: the rules'
@@ -26,5 +26,7 @@ struct AutoOptions {
 
 // From the counters that the layer wrote. Empty: they are no JSON, or not of auto mode.
 [[nodiscard]] std::string auto_report(const std::string& counters_json);
+// What --compare measured, for people; says so where the program was too short for that.
+[[nodiscard]] std::string comparison_report(const std::string& counters_json);
 
 }  // namespace fovea::tools

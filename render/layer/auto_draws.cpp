@@ -74,6 +74,52 @@ FullRate Context::judge_draw(GLenum mode, GLsizei vertices) {
     return reason;
 }
 
+// The parameters of auto mode are known when the frame begins: where they cannot ask for less than full density, or a trial
+// found that levels take longer, nothing is recorded, and the frame is the driver's own.
+void Context::choose_way() {
+    const AutoSettings& s = auto_settings();
+    const bool full = s.point.gain_x == 0 && s.point.gain_y == 0;
+    const Way way = s.always     ? Way::levels
+                    : comparison_ ? comparison_->way()
+                    : full || !pay_.levels_now() ? Way::straight
+                                                 : Way::levels;
+    if (way != way_) target_known_ = false;
+    way_ = way;
+}
+
+// Depth of a pbuffer outlives the frame; it may still be in the levels.
+void Context::enter_straight_frame() {
+    straight_frame_ = true;
+    Framebuffer* f = find_framebuffer(0);
+    if (!f) return;
+    if (f->pass.mode == Pass::Mode::levels || f->pass.depth_in_levels) {
+        keep_driver_error();
+        resolve(f->pass);
+        restore_depth(f->pass);
+    }
+    f->pass.mode = Pass::Mode::none;
+}
+
+void Context::note_straight_frame() {
+    straight_frame_ = false;
+    if (default_shape_.width == 0) (void)surface_size(display_, surface_, default_shape_.width, default_shape_.height);
+    const std::uint64_t full = static_cast<std::uint64_t>(default_shape_.width) * static_cast<std::uint64_t>(default_shape_.height);
+    frame_planned_ += full;
+    frame_full_ += full;
+    count(stats.pixels_full, full);
+    count(stats.pixels_planned, full);
+    count(stats.submissions_native);
+    const bool asked_for = auto_settings().point.gain_x == 0 && auto_settings().point.gain_y == 0;
+    count(stats.auto_native_by[static_cast<std::size_t>(asked_for ? FullRate::full_density : FullRate::does_not_pay)]);
+}
+
+void Context::note_straight_draw(GLenum mode, GLsizei vertices) {
+    if (!Stats::asked() || !auto_ || way_ != Way::straight || draw_framebuffer_ != 0 || !active_) return;
+    const FullRate reason = find_reason(mode, vertices);
+    if (ProgramReport* report = program_facts().report)
+        count(reason == FullRate::none ? report->foveated : report->full[static_cast<std::size_t>(reason)]);
+}
+
 // By rule: as large as the settings say, with depth, so that it holds the scene and not a shadow or a filter.
 bool Context::is_main_offscreen() {
     const double least = auto_settings().offscreen_least;

@@ -67,6 +67,7 @@ bool set_key(AutoSettings& s, const std::string& key, const std::string& value) 
     else if (key == "area") s.point.fovea_area = f;
     else if (key == "fov_deg" && *v > 0 && *v < 180) s.fov_rad = *v * std::numbers::pi / 180;
     else if (key == "always") s.always = *v != 0;
+    else if (key == "compare") s.compare = *v != 0;
     else if (key == "offscreen" && *v <= 1) s.offscreen_least = *v;
     else return false;
     return true;

@@ -56,7 +56,8 @@ struct AutoSettings {
     bool fixed = false;               // the point does not follow fovead
     double fov_rad = 0.7;             // horizontal angle that the target fills, > 0, < pi
     double offscreen_least = 0;       // off-screen targets with depth of at least this part of the surface, each axis; 0: none
-    bool always = false;              // levels also where they take longer
+    bool always = false;              // levels also where they take longer; gain 0: recorded and replayed all the same
+    bool compare = false;             // draw all ways in turns, and measure them
     std::uint32_t reasons = ~0u;      // bit FullRate: that reason counts
 };
 // From FOVEA_LAYER_AUTO, read once. "gain_x=4;gain_y=4;area=0;fov_deg=40;focus=0,0;offscreen=0.9;except=points,lines"

@@ -46,7 +46,8 @@ void Context::made_current(EGLDisplay display, EGLSurface surface) {
     default_frame_ = 0;
     auto_ = auto_settings().on;
     if (auto_) gl.anything_to_do.store(true, std::memory_order_relaxed);
-    pay_.set_always(auto_settings().always);
+    if (auto_settings().compare && !comparison_) comparison_ = new_comparison();
+    if (auto_) choose_way();
     if (Framebuffer* f = find_framebuffer(0)) f->pass.mode = Pass::Mode::none;  // of another surface, maybe
 }
 
@@ -128,6 +129,10 @@ void Context::invalidate_pass() {
 const DrawTarget& Context::drawing_target() {
     static const DrawTarget plain;
     if (!active_ || !is_engaged() || (draw_framebuffer_ == 0 && !(auto_ && surface_ != EGL_NO_SURFACE))) return plain;
+    if (draw_framebuffer_ == 0 && way_ == Way::straight) {
+        if (!straight_frame_) enter_straight_frame();
+        return plain;
+    }
     const std::uint32_t epoch = share_->textures.epoch();
     if (target_known_ && target_textures_epoch_ == epoch && target_attachments_epoch_ == attachments_epoch_) return target_;
     target_ = {};
@@ -149,7 +154,7 @@ const DrawTarget& Context::drawing_target() {
             }
     }
     if (target_.kind == DrawTarget::Kind::plain && target_.views > 1) target_.kind = DrawTarget::Kind::views;
-    if (auto_ && target_.kind == DrawTarget::Kind::plain && (draw_framebuffer_ == 0 || is_main_offscreen()))
+    if (auto_ && way_ != Way::straight && target_.kind == DrawTarget::Kind::plain && (draw_framebuffer_ == 0 || is_main_offscreen()))
         target_.kind = DrawTarget::Kind::automatic;
     return target_;
 }

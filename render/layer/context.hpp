@@ -27,6 +27,7 @@
 #include "render/extrapolation/gl_extrapolator.hpp"
 #include "render/layer/command_log.hpp"
 #include "render/layer/auto_mode.hpp"
+#include "render/layer/comparison.hpp"
 #include "render/layer/foveation_state.hpp"
 #include "render/layer/pay_test.hpp"
 #include "render/layer/share_group.hpp"
@@ -228,6 +229,7 @@ public:
     // Auto mode.
     [[nodiscard]] bool automatic() const noexcept { return auto_; }
     [[nodiscard]] bool frame_is_foveated() const noexcept { return frame_levels_; }  // the one that frame_ended() ended
+    void note_straight_draw(GLenum mode, GLsizei count);  // of a draw that goes straight to the driver
     void forget_drawn_texture(GLuint texture) { drawn_textures_.erase(texture); }
 
     // Queries and transform feedback.
@@ -274,6 +276,9 @@ private:
     [[nodiscard]] bool is_main_offscreen();
     void note_drawn_textures();
     void add_source_facts(ProgramFacts& facts, GLuint program);
+    void choose_way();          // of the frame that begins
+    void enter_straight_frame();
+    void note_straight_frame();
     bool keep_native(FullRate reason) noexcept { native_reason_ = reason; return false; }
     [[nodiscard]] Targets* targets_for(const TargetShape& shape, Pass& pass);
     void save_for_own_drawing(Undo& own) const;
@@ -328,6 +333,9 @@ private:
     std::unordered_map<GLuint, std::uint32_t> noted_;  // framebuffer, and its attachments_epoch_ in note_drawn_textures()
     ClearValues cleared_to_;  // by the last glClear of the batch
     PayTest pay_;
+    Comparison* comparison_ = nullptr;  // instead of pay_
+    Way way_ = Way::levels;             // of this frame, in auto mode
+    bool straight_frame_ = false;       // something was drawn straight into the default framebuffer
     bool auto_ = false, frame_levels_ = false, levels_now_ = false;
     EGLDisplay display_ = EGL_NO_DISPLAY;
     EGLSurface surface_ = EGL_NO_SURFACE;

@@ -216,6 +216,7 @@ bool may_draw(Context& c, DrawCall d) {
 void draw_plain(const DrawCall& d) {
     Context* c = t_context;
     if (c && c->active() && c->view_error() != GL_NO_ERROR) return c->raise(GL_INVALID_OPERATION);
+    if (c) c->note_straight_draw(d.mode, d.count);
     execute(d);
 }
 

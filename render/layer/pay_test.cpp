@@ -19,9 +19,7 @@ std::int64_t second_smallest(std::array<std::int64_t, PayTest::kMeasured> times)
 
 }  // namespace
 
-void PayTest::frame_ended() {
-    if (!always_) frame_ended(read_ns(CLOCK_MONOTONIC), read_ns(CLOCK_PROCESS_CPUTIME_ID));
-}
+FrameClocks read_frame_clocks() noexcept { return {read_ns(CLOCK_MONOTONIC), read_ns(CLOCK_PROCESS_CPUTIME_ID)}; }
 
 void PayTest::frame_ended(std::int64_t now_ns, std::int64_t processor_ns) {
     const std::int64_t wall = now_ns - last_ns_, processor = processor_ns - last_processor_ns_;

@@ -13,13 +13,17 @@
 
 namespace fovea::layer {
 
+// Time, and processor time of the whole process.
+struct FrameClocks {
+    std::int64_t now_ns = 0, processor_ns = 0;
+};
+[[nodiscard]] FrameClocks read_frame_clocks() noexcept;
+
 class PayTest {
 public:
     // How the next frame is to be drawn.
-    [[nodiscard]] bool levels_now() const noexcept { return always_ || phase_ == Phase::try_levels || (phase_ == Phase::hold && pays_); }
-    void frame_ended();                                              // reads the clocks
-    void frame_ended(std::int64_t now_ns, std::int64_t processor_ns);  // the same, with an injected clock
-    void set_always(bool on) noexcept { always_ = on; }
+    [[nodiscard]] bool levels_now() const noexcept { return phase_ == Phase::try_levels || (phase_ == Phase::hold && pays_); }
+    void frame_ended(std::int64_t now_ns, std::int64_t processor_ns);
 
     static constexpr int kSettle = 2, kMeasured = 6;
     static constexpr int kLeastHold = 240, kMostHold = 7680;  // frames
@@ -32,7 +36,7 @@ private:
     void decide();
     Phase phase_ = Phase::try_full;
     int frame_ = 0, hold_ = kLeastHold;
-    bool pays_ = false, decided_ = false, always_ = false;
+    bool pays_ = false, decided_ = false;
     std::int64_t last_ns_ = 0, last_processor_ns_ = 0;
     Times full_, levels_;
 };

@@ -4,6 +4,8 @@
 #include <cstdlib>
 #include <ctime>
 
+#include "render/layer/comparison.hpp"
+
 namespace fovea::layer {
 
 Stats stats;
@@ -54,7 +56,9 @@ std::string Stats::json() const {
                 out += std::string(comma) + "\"" + full_rate_name(static_cast<FullRate>(i)) + "\": " + std::to_string(n);
                 comma = ", ";
             }
-        out += "}, \"programs\": " + program_reports_json() + "},\n";
+        out += "}, \"programs\": " + program_reports_json();
+        if (auto_settings().compare) out += ", \"compare\": " + comparison_json();
+        out += "},\n";
     }
     by_call("submitted_by", submitted_by, "},\n");
     by_call("lateness_lost_by", lateness_lost_by, "}\n");
@@ -75,9 +79,13 @@ void Stats::write_if_asked() const {
     if (std::fclose(file) == 0) (void)std::rename(fresh.c_str(), path);
 }
 
-void Stats::write_once_a_second() {
+bool Stats::asked() noexcept {
     static const bool asked = std::getenv("FOVEA_LAYER_STATS") != nullptr;
-    if (!asked) return;
+    return asked;
+}
+
+void Stats::write_once_a_second() {
+    if (!asked()) return;
     timespec now{};
     clock_gettime(CLOCK_MONOTONIC_COARSE, &now);
     if (last_written_s_.exchange(now.tv_sec, std::memory_order_relaxed) != now.tv_sec) write_if_asked();

@@ -38,6 +38,7 @@ struct Stats {
 
     [[nodiscard]] std::string json() const;
     void write_if_asked() const;
+    [[nodiscard]] static bool asked() noexcept;
     void write_once_a_second();  // as write_if_asked: a program that a signal ends leaves these
 
 private:

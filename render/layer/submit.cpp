@@ -33,7 +33,10 @@ private:
 }  // namespace
 
 Latched Context::latch() {
-    if (target_.kind == DrawTarget::Kind::automatic) return focus_.latch(shape_.width, shape_.height);
+    if (target_.kind == DrawTarget::Kind::automatic) {
+        if (way_ == Way::recorded) return {.points = {FocalPoint{}}, .count = 1, .min_density = 0};
+        return focus_.latch(shape_.width, shape_.height);
+    }
     if (target_.kind == DrawTarget::Kind::texture) return share_->textures.latch(target_.texture, target_.layer + view_);
     const auto it = framebuffers_.find(draw_framebuffer_);
     return it != framebuffers_.end() && it->second.config ? it->second.config->latch(view_) : Latched{};
@@ -132,7 +135,6 @@ bool Context::choose_levels(Pass& pass, Call call) {
     if (shape_.layered && batch_.clear_after_draw) return keep_native(FullRate::cannot_match);  // its order would be lost
     if (automatic && continues(pass)) return true;
     if (automatic && !batch_.color_cleared) return keep_native(FullRate::no_clear);
-    if (automatic && batch_.drew && !pay_.levels_now()) return keep_native(FullRate::does_not_pay);
     const Latched latched = latch();
     if (continues(pass)) {
         // Depth is known only where the pass has drawn it: a new plan waits for a clear.
@@ -430,8 +432,13 @@ void Context::frame_ended(Call call) {
     ++frame_;
     frame_levels_ = std::exchange(levels_now_, false);
     if (auto_) {
+        if (straight_frame_) note_straight_frame();
         focus_.frame_ended(frame_planned_, frame_full_);
-        pay_.frame_ended();
+        if (!auto_settings().always) {
+            const FrameClocks clocks = read_frame_clocks();
+            comparison_ ? comparison_->frame_ended(clocks.now_ns, clocks.processor_ns) : pay_.frame_ended(clocks.now_ns, clocks.processor_ns);
+        }
+        choose_way();
     }
     frame_planned_ = frame_full_ = 0;
     stats.write_once_a_second();

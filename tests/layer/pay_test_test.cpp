@@ -70,9 +70,3 @@ TEST(PayTest, OneSlowFrameOfTheMeasuredDecidesNothing) {
     run.frames(kTrial - PayTest::kSettle - 3, 1'000'000, 900'000, 0, 0);
     EXPECT_TRUE(run.test.levels_now());
 }
-
-TEST(PayTest, AlwaysMeansAlways) {
-    Frames run;
-    run.test.set_always(true);
-    EXPECT_EQ(run.frames(100, 1, 2, 0, 0), 100);
-}
