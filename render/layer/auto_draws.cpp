@@ -122,9 +122,21 @@ void Context::note_straight_draw(GLenum mode, GLsizei vertices) {
 
 // By rule: as large as the settings say, with depth, so that it holds the scene and not a shadow or a filter.
 bool Context::is_main_offscreen() {
+    if (auto_settings().offscreen_least <= 0 || draw_framebuffer_ == 0) return false;
+    if (window_frame_ != frame_) {
+        window_frame_ = frame_;
+        if (!surface_size(display_, surface_, window_width_, window_height_)) window_width_ = window_height_ = 0;
+    }
+    if (window_width_ == 0) return false;
+    MainOffscreen& known = main_offscreen_[draw_framebuffer_];
+    if (known.window_width != window_width_ || known.window_height != window_height_ || known.attachments_epoch != attachments_epoch_)
+        known = {attachments_epoch_, window_width_, window_height_, find_main_offscreen()};
+    return known.yes;
+}
+
+bool Context::find_main_offscreen() {
     const double least = auto_settings().offscreen_least;
-    int width = 0, height = 0;
-    if (least <= 0 || draw_framebuffer_ == 0 || !surface_size(display_, surface_, width, height)) return false;
+    const int width = window_width_, height = window_height_;
     bool depth = false, color = false;
     for (Attachment a : read_attachments(GL_DRAW_FRAMEBUFFER)) {
         if (a.point == GL_DEPTH_ATTACHMENT) depth = true;

@@ -44,6 +44,8 @@ void Context::made_current(EGLDisplay display, EGLSurface surface) {
     display_ = display;
     surface_ = surface;
     default_frame_ = 0;
+    default_known_ = false;
+    window_frame_ = 0;
     auto_ = auto_settings().on;
     if (auto_) gl.anything_to_do.store(true, std::memory_order_relaxed);
     if (auto_settings().compare && !comparison_) comparison_ = new_comparison();
@@ -205,11 +207,9 @@ void Context::open() {
         attachments_ = read_attachments(GL_DRAW_FRAMEBUFFER);
         shape_ = read_shape(attachments_);
     } else {
-        if (default_frame_ != frame_) {  // a window has one size for a frame; asking costs a round trip to the server
-            default_shape_ = read_default_shape(display_, surface_);
-            default_frame_ = frame_;
-        }
-        shape_ = default_shape_;
+        if (!default_known_) default_shape_ = read_default_formats();
+        default_known_ = true;
+        shape_ = default_shape_;  // with the size that was asked last
         if (get_integer(GL_DRAW_BUFFER0) != GL_BACK) shape_.usable = false;
     }
     batch_ = {};
@@ -221,6 +221,17 @@ void Context::open() {
         batch_.inherits_clear = batch_.color_cleared = batch_.depth_cleared = batch_.stencil_cleared = true;
         cleared_to_ = f->pass.cleared_to;
     }
+}
+
+// A window has one size for a frame, and only levels need to know it.
+bool Context::size_is_known() {
+    if (draw_framebuffer_ != 0 || default_frame_ == frame_) return shape_.usable;
+    default_frame_ = frame_;
+    default_shape_.usable = default_shape_.color[0] != 0 && read_default_size(display_, surface_, default_shape_);
+    shape_.width = default_shape_.width;
+    shape_.height = default_shape_.height;
+    shape_.usable = shape_.usable && default_shape_.usable;
+    return shape_.usable;
 }
 
 void Context::note_draw() {
@@ -243,6 +254,7 @@ void Context::note_clear(GLbitfield buffers, GLint color, bool plain) {
     if (color == 0 && colors == 1 && shape_.color[0] != 0) buffers |= GL_COLOR_BUFFER_BIT;
     if (gl.IsEnabled(GL_RASTERIZER_DISCARD)) return;
     if (gl.IsEnabled(GL_SCISSOR_TEST)) {
+        (void)size_is_known();
         GLint s[4];
         gl.GetIntegerv(GL_SCISSOR_BOX, s);
         if (s[0] > 0 || s[1] > 0 || std::int64_t{s[0]} + s[2] < shape_.width || std::int64_t{s[1]} + s[3] < shape_.height) return;
@@ -368,6 +380,7 @@ void Context::bound_framebuffer(GLenum target, GLuint name) {
 void Context::removed_framebuffer(GLuint name) {
     if (name == 0) return;
     noted_.erase(name);
+    main_offscreen_.erase(name);
     if (const auto it = framebuffers_.find(name); it != framebuffers_.end()) {
         for (Kept& kept : kept_)
             it->second.each_pass([&kept](const Pass& p) {

@@ -243,6 +243,7 @@ public:
 
 private:
     void open();
+    bool size_is_known();  // asks for the default framebuffer's; false: it is not usable
     void note_draw();
     struct Batch {
         bool drew = false, color_cleared = false, depth_cleared = false, stencil_cleared = false;
@@ -274,6 +275,7 @@ private:
     [[nodiscard]] FullRate find_reason(GLenum mode, GLsizei count);
     [[nodiscard]] bool samples_drawn_texture(const ProgramFacts& facts);
     [[nodiscard]] bool is_main_offscreen();
+    [[nodiscard]] bool find_main_offscreen();
     void note_drawn_textures();
     void add_source_facts(ProgramFacts& facts, GLuint program);
     void choose_way();          // of the frame that begins
@@ -329,7 +331,16 @@ private:
     ProgramFacts pipeline_facts_;
 
     TargetShape default_shape_;
-    std::uint64_t default_frame_ = 0;  // when default_shape_ was read
+    bool default_known_ = false;       // its formats
+    std::uint64_t default_frame_ = 0;  // when its size was read
+    std::uint64_t window_frame_ = 0;   // when window_width_ and window_height_ were read
+    int window_width_ = 0, window_height_ = 0;
+    struct MainOffscreen {
+        std::uint32_t attachments_epoch = 0;
+        int window_width = 0, window_height = 0;
+        bool yes = false;
+    };
+    std::unordered_map<GLuint, MainOffscreen> main_offscreen_;  // by framebuffer
     std::unordered_map<GLuint, std::uint32_t> noted_;  // framebuffer, and its attachments_epoch_ in note_drawn_textures()
     ClearValues cleared_to_;  // by the last glClear of the batch
     PayTest pay_;

@@ -32,9 +32,17 @@ private:
 
 }  // namespace
 
+// One focal point whose density falls nowhere makes every pixel's density full.
+static bool asks_for_everything(const Latched& latched) {
+    return latched.count == 0 || std::any_of(latched.points.begin(), latched.points.begin() + latched.count, [](const FocalPoint& p) {
+               return p.gain_x == 0 && p.gain_y == 0 && p.fovea_area >= 0;
+           });
+}
+
 Latched Context::latch() {
     if (target_.kind == DrawTarget::Kind::automatic) {
         if (way_ == Way::recorded) return {.points = {FocalPoint{}}, .count = 1, .min_density = 0};
+        (void)size_is_known();
         return focus_.latch(shape_.width, shape_.height);
     }
     if (target_.kind == DrawTarget::Kind::texture) return share_->textures.latch(target_.texture, target_.layer + view_);
@@ -72,13 +80,15 @@ void Context::submit_view(GLuint view, Call call) {
         pass.mode = Pass::Mode::none;
     }
     pass.frame = frame_;
-    const std::uint64_t full = static_cast<std::uint64_t>(shape_.width) * static_cast<std::uint64_t>(shape_.height);
     native_reason_ = FullRate::none;
+    if (Trace::submissions()) (void)size_is_known();
     const bool levels = choose_levels(pass, call);
     if (Trace::submissions()) {
         pass.traced_as = trace_submission(pass, view, call, levels);
         if (levels) trace_before(pass.traced_as);
     }
+    if (shape_.width == 0) (void)size_is_known();
+    const std::uint64_t full = static_cast<std::uint64_t>(shape_.width) * static_cast<std::uint64_t>(shape_.height);
     if (levels) {
         if (shape_.layered) run_native(true);  // layers after the first get nothing but clears
         run_levels(pass);
@@ -136,6 +146,11 @@ bool Context::choose_levels(Pass& pass, Call call) {
     if (automatic && continues(pass)) return true;
     if (automatic && !batch_.color_cleared) return keep_native(FullRate::no_clear);
     const Latched latched = latch();
+    if (asks_for_everything(latched) && pass.mode != Pass::Mode::levels) {
+        pass.latched = latched;
+        return keep_native(FullRate::full_density);
+    }
+    if (!size_is_known()) return keep_native(FullRate::cannot_match);
     if (continues(pass)) {
         // Depth is known only where the pass has drawn it: a new plan waits for a clear.
         if (latched == pass.latched || batch_.needs_depth) return true;

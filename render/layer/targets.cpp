@@ -157,17 +157,8 @@ TargetShape read_shape(std::vector<Attachment>& attachments) {
     return shape;
 }
 
-TargetShape read_default_shape(EGLDisplay display, EGLSurface surface) {
+TargetShape read_default_formats() {
     TargetShape shape;
-    // A window that was resized is so for the driver when it is first drawn to: this draws nothing.
-    Undo state;
-    state.cap(GL_SCISSOR_TEST);
-    state.scissor();
-    gl.Enable(GL_SCISSOR_TEST);
-    gl.Scissor(0, 0, 0, 0);
-    gl.Clear(GL_COLOR_BUFFER_BIT);
-    state.restore();
-    if (!surface_size(display, surface, shape.width, shape.height)) return shape;
     const auto present = [](GLenum point) {
         return attachment_value(GL_DRAW_FRAMEBUFFER, point, GL_FRAMEBUFFER_ATTACHMENT_OBJECT_TYPE) != GL_NONE;
     };
@@ -178,9 +169,21 @@ TargetShape read_default_shape(EGLDisplay display, EGLSurface surface) {
     shape.depth_stencil = !shape.has_depth ? GL_STENCIL_INDEX8 : wide ? GL_DEPTH32F_STENCIL8 : GL_DEPTH24_STENCIL8;
     shape.samples = get_integer(GL_SAMPLES);
     shape.in_place = true;
-    shape.usable = shape.color[0] != 0 && shape.width > 0 && shape.height > 0;
+    shape.usable = shape.color[0] != 0;
     drop_errors();
     return shape;
+}
+
+bool read_default_size(EGLDisplay display, EGLSurface surface, TargetShape& shape) {
+    // A window that was resized is so for the driver when it is first drawn to: this draws nothing.
+    Undo state;
+    state.cap(GL_SCISSOR_TEST);
+    state.scissor();
+    gl.Enable(GL_SCISSOR_TEST);
+    gl.Scissor(0, 0, 0, 0);
+    gl.Clear(GL_COLOR_BUFFER_BIT);
+    state.restore();
+    return surface_size(display, surface, shape.width, shape.height) && shape.width > 0 && shape.height > 0;
 }
 
 std::uint64_t Targets::bytes(const TargetShape& shape) {

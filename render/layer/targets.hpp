@@ -44,8 +44,10 @@ struct TargetShape {
 // Fills target, width and height. State is left as it was; errors of the driver are dropped.
 void find_target(Attachment& attachment);
 [[nodiscard]] TargetShape read_shape(std::vector<Attachment>& attachments);
-// Of the default framebuffer, which is bound for drawing, with the size that the surface has now.
-[[nodiscard]] TargetShape read_default_shape(EGLDisplay display, EGLSurface surface);
+// The same of the default framebuffer, which is bound; without its size.
+[[nodiscard]] TargetShape read_default_formats();
+// The size of a surface as its next frame will have it: a round trip to the server of a window. False: it has none.
+[[nodiscard]] bool read_default_size(EGLDisplay display, EGLSurface surface, TargetShape& shape);
 
 // Programs and buffers of the layer's own drawing in one context.
 class OwnDrawing {

@@ -55,6 +55,56 @@ TEST(AutoMode, GainZeroGivesTheDriversPixelsInEveryCase) {
     EXPECT_EQ(last_line(zero.out), last_line(plain.out));
 }
 
+TEST(AutoMode, WhatCannotAskForLessGoesStraightToTheDriver) {
+    const std::string errors = temporary("straight");
+    const Ran plain = shell(kProgram + kEvery), ran = shell(kLayer + "--auto --gain 0 --stats -- " + kProgram + kEvery, errors);
+    EXPECT_EQ(last_line(ran.out), last_line(plain.out));
+    const auto counters = nlohmann::json::parse(file_text(errors), nullptr, false);
+    ASSERT_FALSE(counters.is_discarded()) << file_text(errors);
+    EXPECT_EQ(counters["draws_recorded"], 0);
+    EXPECT_GT(counters["auto"]["full_density_submissions"]["full_density"], 5);
+    EXPECT_EQ(counters["pixels_planned"], counters["pixels_full"]);
+    std::remove(errors.c_str());
+}
+
+// Eight frames of the trial go straight to the driver; the report knows their draws all the same.
+TEST(AutoMode, ATrialBeginsWithTheDriversOwnFrames) {
+    const std::string errors = temporary("trial");
+    ASSERT_EQ(shell(kLayer + "--auto --focus 0,0 --stats -- " + kProgram + "scene scene frag_coord scene", errors).exit_code, 0);
+    const auto counters = nlohmann::json::parse(file_text(errors), nullptr, false);
+    ASSERT_FALSE(counters.is_discarded()) << file_text(errors);
+    EXPECT_EQ(counters["draws_recorded"], 0);
+    EXPECT_EQ(counters["auto"]["full_density_submissions"]["does_not_pay"], 4);
+    int foveated = 0, coord = 0;
+    for (const auto& program : counters["auto"]["programs"]) {
+        foveated += program["draws_foveated"].get<int>();
+        coord += program["draws_full"].value("gl_frag_coord", 0);
+    }
+    EXPECT_EQ(foveated, 3);
+    EXPECT_EQ(coord, 1);
+    std::remove(errors.c_str());
+}
+
+TEST(AutoMode, ComparesAllWaysInOneRun) {
+    const std::string errors = temporary("compare");
+    std::string frames;
+    for (int i = 0; i < 60; ++i) frames += " scene";
+    ASSERT_EQ(shell(kLayer + "--auto --focus 0,0 --compare -- " + kProgram + frames, errors).exit_code, 0);
+    EXPECT_NE(file_text(errors).find("1 pairs of blocks"), std::string::npos) << file_text(errors);
+    EXPECT_NE(file_text(errors).find("recorded, replayed at full density"), std::string::npos);
+    ASSERT_EQ(shell(kLayer + "--auto --focus 0,0 --compare -- " + kProgram + "scene", errors).exit_code, 0);
+    EXPECT_NE(file_text(errors).find("no comparison"), std::string::npos) << file_text(errors);
+    std::remove(errors.c_str());
+}
+
+// A pbuffer keeps its depth from frame to frame, whichever way the two are drawn.
+TEST(AutoMode, DepthGoesFromFrameToFrameThroughEveryWay) {
+    std::string frames = "swap";  // the ways change after every sixth frame: now inside a pair of frames, now between two
+    for (int i = 0; i < 24; ++i) frames += i % 9 == 4 ? " next_frame swap" : " next_frame";
+    const Ran plain = shell(kProgram + frames), ways = shell(kLayer + "--auto --focus 0,0 --gain 8 --compare -- " + kProgram + frames);
+    EXPECT_EQ(ways.out.substr(0, ways.out.find("hash")), plain.out.substr(0, plain.out.find("hash")));
+}
+
 TEST(AutoMode, DepthOfTheSceneOutlivesAnOverlay) {
     const Ran plain = shell(kProgram + "depth_after_overlay"), levels = shell(kAuto + "-- " + kProgram + "depth_after_overlay");
     EXPECT_EQ(levels.out.substr(0, levels.out.find('\n')), plain.out.substr(0, plain.out.find('\n')));

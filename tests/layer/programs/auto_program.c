@@ -109,6 +109,18 @@ int main(int argc, char **argv) {
             glDepthFunc(GL_LEQUAL);
             read_back(NULL, W, H);
             printf("depth_after_overlay: %d %d\n", pixels[4 * (W * 40 + 40) + 2], pixels[4 * (W * (H / 2) + W / 2) + 2]);
+        } else if (!strcmp(name, "next_frame")) { /* a frame without a clear is hidden by the depth of the one before it */
+            clear();
+            draw(footprint, W, H);
+            eglSwapBuffers(program_display, surface);
+            glDepthFunc(GL_LESS);
+            draw(coord, W, H); /* as deep: not less */
+            glDepthFunc(GL_LEQUAL);
+            glReadPixels(0, 0, W, H, GL_RGBA, GL_UNSIGNED_BYTE, pixels);
+            printf("next_frame: %d %d\n", pixels[4 * (W * 40 + 40) + 2], pixels[4 * (W * (H / 2) + W / 2) + 2]);
+            check_gl(name);
+            eglSwapBuffers(program_display, surface);
+            continue;
         } else if (!strcmp(name, "visit")) { /* clears, draws elsewhere, comes back */
             glClearColor(0.5f, 0, 0, 1);
             clear();
