@@ -110,6 +110,7 @@ int main(int argc, char **argv) {
             read_back(NULL, W, H);
             printf("depth_after_overlay: %d %d\n", pixels[4 * (W * 40 + 40) + 2], pixels[4 * (W * (H / 2) + W / 2) + 2]);
         } else if (!strcmp(name, "next_frame")) { /* a frame without a clear is hidden by the depth of the one before it */
+            glDepthRangef(0, 1.0f - 0.01f * (float)i); /* nearer than what older frames left */
             clear();
             draw(footprint, W, H);
             eglSwapBuffers(program_display, surface);
@@ -117,6 +118,7 @@ int main(int argc, char **argv) {
             draw(coord, W, H); /* as deep: not less */
             glDepthFunc(GL_LEQUAL);
             glReadPixels(0, 0, W, H, GL_RGBA, GL_UNSIGNED_BYTE, pixels);
+            glDepthRangef(0, 1);
             printf("next_frame: %d %d\n", pixels[4 * (W * 40 + 40) + 2], pixels[4 * (W * (H / 2) + W / 2) + 2]);
             check_gl(name);
             eglSwapBuffers(program_display, surface);
