@@ -155,7 +155,7 @@ std::vector<ExtrapolationMethod> extrapolation_methods() {
                            (void)e->extrapolate(picture(*in.src1), picture(*in.src2), picture(out, in.src2->size_px), in.factor, {.motion = &known});
                        }, {}, {}});
     methods.push_back({"known-ahead", false, [e = engine(Preset::balanced)](const ExtrapolationInput& in, std::vector<std::uint8_t>& out) {
-                           const KnownMotion known{nullptr, in.src2->depth.data(), in.src2->size_px, in.src2->size_px, in.src2->ahead_px.data()};
+                           const KnownMotion known{in.src2->motion_px.data(), in.src2->depth.data(), in.src2->size_px, in.src2->size_px, in.src2->ahead_px.data()};
                            (void)e->extrapolate(picture(*in.src1), picture(*in.src2), picture(out, in.src2->size_px), in.factor, {.motion = &known});
                        }, {}, {}});
     add_backends(methods);

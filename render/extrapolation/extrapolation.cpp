@@ -26,7 +26,8 @@ struct Extrapolator::State {
     MotionSearch motion;
     Projection projection;       // of the search's cells
     Projection known_projection; // of the renderer's motion; sized on first use
-    Gatherable source;
+    Gatherable source, far_source;   // the latter sized with known_projection
+    bool known_with_depth = false;
     Gather gather;
 };
 
@@ -47,6 +48,36 @@ int cell_of(const KnownMotion& m, int width_px, int height_px) noexcept {
     for (const int k : {1, 2, 4, 8})
         if ((m.motion_px != nullptr || m.ahead_px != nullptr) && m.width == (width_px + k - 1) / k && m.height == (height_px + k - 1) / k) return k;
     return 0;
+}
+
+// Whether src1 shows, where the known motion says that src2's points were, about what src2 does. A renderer that cuts to
+// another place still delivers a motion; then src1 has nothing to add.
+bool sources_agree(const ConstImage& src1, const ConstImage& src2, const KnownMotion& m, int cell_px) noexcept {
+    constexpr int kSamples = 48;   // along each axis
+    int compared = 0, alike = 0;
+    for (int j = 0; j < kSamples; ++j)
+        for (int i = 0; i < kSamples; ++i) {
+            const int x = (2 * i + 1) * src2.width_px / (2 * kSamples), y = (2 * j + 1) * src2.height_px / (2 * kSamples);
+            const std::size_t cell = static_cast<std::size_t>(y / cell_px) * static_cast<std::size_t>(m.width) + static_cast<std::size_t>(x / cell_px);
+            const float px = static_cast<float>(x) - m.motion_px[2 * cell] + 0.5f, py = static_cast<float>(y) - m.motion_px[2 * cell + 1] + 0.5f;
+            if (!(px >= 0 && py >= 0 && px < static_cast<float>(src1.width_px) && py < static_cast<float>(src1.height_px))) continue;
+            ++compared;
+            float most = 0;
+            if (is_float(src1.format)) {
+                float a[4], b[4];
+                unpack_row(src1.row(static_cast<int>(py)), src1.format, static_cast<int>(px), 1, a);
+                unpack_row(src2.row(y), src2.format, x, 1, b);
+                for (int c = 0; c < 4; ++c) most = std::max(most, std::fabs(a[c] - b[c]) / std::max(std::max(std::fabs(a[c]), std::fabs(b[c])), 1e-3f) * 240.0f);
+            } else {
+                std::uint8_t a[4], b[4];
+                unpack_row(src1.row(static_cast<int>(py)), src1.format, static_cast<int>(px), 1, a);
+                unpack_row(src2.row(y), src2.format, x, 1, b);
+                for (int c = 0; c < 4; ++c) most = std::max(most, std::fabs(static_cast<float>(a[c]) - static_cast<float>(b[c])));
+            }
+            alike += most < static_cast<float>(kSecondOnly) ? 1 : 0;
+        }
+    constexpr float kMustAgree = 0.75f;
+    return compared > 0 && static_cast<float>(alike) >= kMustAgree * static_cast<float>(compared);
 }
 
 }  // namespace
@@ -94,7 +125,7 @@ bool Extrapolator::prepare(int width_px, int height_px, Format format) noexcept 
         s.luma_scratch.resize(width_px, s.settings.threads);
         s.motion.resize(width_px, height_px, s.tuning.cell_px, s.settings.threads);
         s.projection.resize(s.motion.field().width, s.motion.field().height);
-        s.known_projection.resize(0, 0);
+        s.known_projection = {};
         s.source.resize(width_px, height_px, format);
         s.gather.resize(width_px, format, s.settings.threads);
     } catch (const std::bad_alloc&) {
@@ -119,12 +150,21 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
         if (known_cell == 0) return Outcome::unusable_motion;
     }
     if (!prepare(src1.width_px, src1.height_px, src1.format)) return Outcome::out_of_memory;
-    if (known_cell != 0 && (s.known_projection.displacement().width != hints.motion->width || s.known_projection.displacement().height != hints.motion->height)) {
-        try {
-            s.known_projection.resize(hints.motion->width, hints.motion->height);
-        } catch (const std::bad_alloc&) {
-            return Outcome::out_of_memory;
-        }
+    const bool with_depth = known_cell != 0 && hints.motion->depth != nullptr;
+    if (known_cell != 0) {
+        const Field& sized = s.known_projection.displacement();
+        if (sized.width != hints.motion->width || sized.height != hints.motion->height || (with_depth && !s.known_with_depth)) try {
+                if (with_depth) {
+                    s.known_projection.resize_known(hints.motion->width, hints.motion->height);
+                    s.far_source.resize(src1.width_px, src1.height_px, src1.format);
+                } else {
+                    s.known_projection.resize(hints.motion->width, hints.motion->height);
+                }
+                s.known_with_depth = with_depth;
+            } catch (const std::bad_alloc&) {
+                s.known_projection = {};
+                return Outcome::out_of_memory;
+            }
     }
 
     const auto repeat = [&](const ConstImage& source, Report::Reason reason) {
@@ -152,8 +192,12 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
     if (known_cell != 0) {
         projection = &s.known_projection;
         cell_px = known_cell;
-        const float* given = hints.motion->ahead_px != nullptr ? hints.motion->ahead_px : hints.motion->motion_px;
-        projection->run({given, given + 1, 2, hints.motion->ahead_px != nullptr ? 1.0f : step}, hints.motion->depth, cell_px, reach_px);
+        if (with_depth) {
+            projection->run_known(*hints.motion, step, cell_px, reach_px, *s.kernels);
+        } else {
+            const float* given = hints.motion->ahead_px != nullptr ? hints.motion->ahead_px : hints.motion->motion_px;
+            projection->run({given, given + 1, 2, hints.motion->ahead_px != nullptr ? 1.0f : step}, cell_px, reach_px);
+        }
     } else {
         const float key = luma_key(src2);
         make_luma(near, cell_px, key, s.motion.near_luma(), s.luma_scratch, *s.kernels, s.pool);
@@ -164,12 +208,20 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
         if (s.report.unexplained_fraction > kCutFraction) return repeat(near, Report::Reason::scene_cut);
         // The field points to the farther source: carried on, it points away from it.
         const Field& f = s.motion.field();
-        projection->run({f.u.data(), f.v.data(), 1, -step * static_cast<float>(cell_px)}, nullptr, cell_px, reach_px);
+        projection->run({f.u.data(), f.v.data(), 1, -step * static_cast<float>(cell_px)}, cell_px, reach_px);
     }
     s.report.filled_fraction = projection->filled_fraction();
     if (!projection->moves()) return repeat(near, Report::Reason::none);
     make_gatherable(near, s.source, s.pool);
-    s.gather.run({&near, &s.source, &output, &projection->displacement(), cell_px, &s.tiles, hints.gaze, s.tuning.cubic}, *s.kernels, s.pool);
+    Gather::Job job{&near, &s.source, &output, &projection->displacement(), cell_px, &s.tiles, hints.gaze, s.tuning.cubic};
+    if (with_depth && projection->far_displacement() != nullptr && sources_agree(src1, src2, *hints.motion, cell_px)) {
+        make_gatherable(far, s.far_source, s.pool);
+        job.far_source = &s.far_source;
+        job.far_displacement = projection->far_displacement();
+        job.sources = &projection->sources();
+        s.report.used_both = true;
+    }
+    s.gather.run(job, *s.kernels, s.pool);
     return Outcome::ok;
 }
 

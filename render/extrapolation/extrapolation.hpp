@@ -37,9 +37,10 @@ struct Settings {
 struct KnownMotion {
     const float* motion_px = nullptr;  // x, y: where what src2 shows there has come from, as src2 position - src1 position;
                                        // may be null if ahead_px is given
-    const float* depth = nullptr;      // optional; smaller is nearer, any monotonic scale
+    const float* depth = nullptr;      // optional; smaller is nearer, any monotonic scale. With it and motion_px, src1 is read
+                                       // too: it shows every point a second time, and some that src2 does not
     int width = 0, height = 0;         // ceil(picture / k) for one k of 1, 2, 4, 8
-    // Optional, and then used instead of motion_px times the factor: where it will be at the output's time, as output
+    // Optional, and then used instead of motion_px times the factor to go ahead: where it will be at the output's time, as output
     // position - src2 position. A turning camera bends the path of every point; a renderer that knows the pose for the
     // output's photon knows where each goes.
     const float* ahead_px = nullptr;
@@ -75,6 +76,7 @@ struct Report {
     float unexplained_fraction = 0;  // of the textured picture: no motion found there explains src2 by src1
     float filled_fraction = 0;    // of the output: nothing moved there, filled from around it
     int levels = 0;               // of the search; 0 with known motion
+    bool used_both = false;       // src1 was read as well, where known motion with depth says what it shows
 };
 
 // Factors. Any value but 0 is legal. NaN is answered with src2: the specification names no error for it, and OpenGL ES

@@ -11,8 +11,6 @@ constexpr float kFixedOne = 256;
 // Neighbouring cells whose displacements differ by more than this belong to different surfaces.
 constexpr float kSurfaceStepPx = 3.0f;
 
-std::int32_t to_fixed(float px) noexcept { return static_cast<std::int32_t>(px * kFixedOne + (px < 0 ? -0.5f : 0.5f)); }
-
 }  // namespace
 
 void Gather::resize(int width_px, Format format, int threads) {
@@ -25,18 +23,31 @@ void Gather::resize(int width_px, Format format, int threads) {
         s.row_v.assign(width + 2, 0.0f);
         const bool own = format == Format::rgba8 || format == Format::rgba32f;
         s.packed.assign(own ? 0 : width * (is_float(format) ? 16 : 4), 0);
+        s.second.assign(width * (is_float(format) ? 16 : 4), 0);
+        s.how.assign(width, kFirstOnly);
     }
 }
 
-void Gather::displacement_row(const Job& job, int y, int x0, int x1, Scratch& s) noexcept {
-    const Field& f = *job.displacement;
-    const int q = job.cell_px;
+// How the two sources meet in a row whose displacement in the farther one is in the scratch. False: only the nearer counts.
+bool Gather::how_row(const Job& job, int y, int x0, int x1, Scratch& s) noexcept {
+    const int q = job.cell_px, w = job.near->width_px, h = job.near->height_px;
+    const std::uint8_t* cells = job.sources->data() + static_cast<std::ptrdiff_t>(y / q) * job.far_displacement->width;
+    std::int32_t any = 0;
+    for (int x = x0; x < x1; ++x) {
+        const auto k = static_cast<std::size_t>(x);
+        const std::int32_t fx = s.dx[k] + x * 256, fy = s.dy[k] + y * 256;
+        const bool inside = fx >= 0 && fy >= 0 && fx <= (w - 1) * 256 && fy <= (h - 1) * 256;
+        s.how[k] = inside ? cells[q == 1 ? x : x / q] : kFirstOnly;
+        any |= s.how[k];
+    }
+    return any != 0;
+}
+
+void Gather::displacement_row(const Field& f, int q, int y, int x0, int x1, const Kernels& kernels, Scratch& s) noexcept {
     if (q == 1) {
-        const float *u = f.u.data() + static_cast<std::ptrdiff_t>(y) * f.width, *v = f.v.data() + static_cast<std::ptrdiff_t>(y) * f.width;
-        for (int x = x0; x < x1; ++x) {
-            s.dx[static_cast<std::size_t>(x)] = to_fixed(u[x]);
-            s.dy[static_cast<std::size_t>(x)] = to_fixed(v[x]);
-        }
+        const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(y) * f.width + x0;
+        kernels.fix(f.u.data() + row, s.dx.data() + x0, x1 - x0);
+        kernels.fix(f.v.data() + row, s.dy.data() + x0, x1 - x0);
         return;
     }
     // Twice the position in cells, from the centre of cell 0: (2y + 1 - q) / q halves.
@@ -112,13 +123,18 @@ void Gather::run(const Job& job, const Kernels& kernels, ThreadPool& pool) noexc
                         std::memcpy(out, near.row(y) + from, static_cast<std::size_t>(x1 - x0) * static_cast<std::size_t>(pixel));
                         continue;
                     }
-                    displacement_row(job, y, x0, x1, s);
+                    displacement_row(*job.displacement, job.cell_px, y, x0, x1, kernels, s);
                     void* to = own ? static_cast<void*>(out) : s.packed.data();
-                    const WarpRow warp{job.source->pixels, job.source->row_bytes, near.width_px, near.height_px, y, x0, x1, s.dx.data(), s.dy.data(), to, job.source->finite};
-                    if (floats)
-                        (cubic ? kernels.warp_float_cubic : kernels.warp_float_linear)(warp);
-                    else
-                        (cubic ? kernels.warp_rgba8_cubic : kernels.warp_rgba8_linear)(warp);
+                    const auto warp = floats ? (cubic ? kernels.warp_float_cubic : kernels.warp_float_linear) : (cubic ? kernels.warp_rgba8_cubic : kernels.warp_rgba8_linear);
+                    warp({job.source->pixels, job.source->row_bytes, near.width_px, near.height_px, y, x0, x1, s.dx.data(), s.dy.data(), to, job.source->finite});
+                    if (job.far_source != nullptr) {
+                        displacement_row(*job.far_displacement, job.cell_px, y, x0, x1, kernels, s);
+                        if (how_row(job, y, x0, x1, s)) {
+                            const Gatherable& far = *job.far_source;
+                            warp({far.pixels, far.row_bytes, near.width_px, near.height_px, y, x0, x1, s.dx.data(), s.dy.data(), s.second.data(), far.finite});
+                            (floats ? kernels.blend_float : kernels.blend_rgba8)({to, s.second.data(), s.how.data() + x0, x1 - x0});
+                        }
+                    }
                     if (!own) pack_row(s.packed.data(), near.format, x1 - x0, out);
                 }
             }

@@ -22,6 +22,10 @@ public:
         const TileMap* tiles;
         const Gaze* gaze;        // cubic only inside its coarse radius; null: everywhere
         bool cubic;
+        // The farther source, where known motion tells what it shows; null: nothing does.
+        const Gatherable* far_source = nullptr;
+        const Field* far_displacement = nullptr;
+        const std::vector<std::uint8_t>* sources = nullptr;   // Projection::sources
     };
     void run(const Job& job, const Kernels& kernels, ThreadPool& pool) noexcept;
 
@@ -29,9 +33,11 @@ private:
     struct Scratch {
         std::vector<std::int32_t> dx, dy;
         std::vector<float> row_u, row_v;
-        std::vector<std::uint8_t> packed;
+        std::vector<std::uint8_t> packed, second;
+        std::vector<std::int32_t> how;
     };
-    static void displacement_row(const Job& job, int y, int x0, int x1, Scratch& s) noexcept;
+    static void displacement_row(const Field& f, int cell_px, int y, int x0, int x1, const Kernels& kernels, Scratch& s) noexcept;
+    static bool how_row(const Job& job, int y, int x0, int x1, Scratch& s) noexcept;
 
     std::vector<Scratch> scratch_;
 };

@@ -66,6 +66,32 @@ struct SmoothJob {
     float *u_out, *v_out;
 };
 
+// Known motion with depth, carried to the output's time. Where two cells land, the larger front stays; the first of equals.
+// A displacement of kNowhere_px: there is none.
+inline constexpr float kNowhere_px = 1e6f;
+[[nodiscard]] constexpr int carry_pitch(int width) noexcept { return width + 24; }
+[[nodiscard]] constexpr std::size_t carry_scratch(int width) noexcept { return 15 * static_cast<std::size_t>(carry_pitch(width)); }
+struct CarryJob {
+    const float *motion, *ahead;   // pairs per cell; one of them may be null: see KnownMotion
+    const float* depth;
+    float step;                    // of `motion`, where `ahead` is null
+    int width, height, cell_px;
+    float reach_px;
+    float* scratch;                // carry_scratch(width) floats
+    float* front;                  // in: -infinity; out: -depth of what lies there
+    float *u, *v, *far_u, *far_v;  // out: where each output cell comes from, in the nearer and in the farther source
+};
+
+// Two pictures of one output row become one. Where both say about the same they are averaged: each has resampling and
+// aliasing of its own. Where they differ, the first stays.
+inline constexpr std::int32_t kFirstOnly = 0, kBoth = 24, kSecondOnly = 48;   // of 48: the second's most weight
+struct BlendRow {
+    void* out;                   // in: from the first; out: from both
+    const void* second;          // four channels of 8 bits, or four floats
+    const std::int32_t* how;     // one of the three per pixel
+    int count;
+};
+
 // One row of the gather. dx, dy: where each output pixel comes from, relative, 1/256 pixel, at most kMaxEdgePx.
 struct WarpRow {
     const std::uint8_t* source;  // four channels of 8 bits, or four floats
@@ -90,6 +116,10 @@ struct Kernels {
     void (*warp_rgba8_cubic)(const WarpRow&);
     void (*warp_float_linear)(const WarpRow&);
     void (*warp_float_cubic)(const WarpRow&);
+    bool (*carry)(const CarryJob&);                            // true: something moves
+    void (*fix)(const float* px, std::int32_t* fixed, int count);   // to 1/256 pixel, as WarpRow wants it
+    void (*blend_rgba8)(const BlendRow&);
+    void (*blend_float)(const BlendRow&);
 };
 
 // The widest that this processor runs, or the portable one.

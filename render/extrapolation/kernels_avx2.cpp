@@ -7,8 +7,9 @@ namespace {
 #include "render/extrapolation/kernels_search.hpp"
 #include "render/extrapolation/kernels_field.hpp"
 #include "render/extrapolation/kernels_warp.hpp"
+#include "render/extrapolation/kernels_project.hpp"
 }  // namespace
 extern const Kernels kKernels;
 const Kernels kKernels = {"avx2", search, balance, spread, smooth, halve, luma_rgba8, warp_rgba8_linear, warp_rgba8_cubic,
-                          warp_float_linear, warp_float_cubic};
+                          warp_float_linear, warp_float_cubic, carry, fix, blend_rgba8, blend_float};
 }  // namespace fovea::render::extrapolation::avx2

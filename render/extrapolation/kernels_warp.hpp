@@ -1,7 +1,6 @@
 // The gather. Included inside a namespace per code path.
 //
-// Eight neighbours whose sources are neighbours too (the usual case) are read as rows; the others one by one. Two 8-bit
-// channels ride in one 32-bit lane as two 16-bit numbers.
+// Two 8-bit channels ride in one 32-bit lane as two 16-bit numbers.
 
 struct Fixed {
     I8 x, y;          // whole pixels
@@ -70,67 +69,51 @@ FOVEA_INLINE std::uint32_t pixel(const WarpRow& row, int x, int y) {
     return v;
 }
 
-static void warp_rgba8_linear(const WarpRow& row) {
-    auto* out = static_cast<std::uint8_t*>(row.out);
-    for (int x = row.x0; x < row.x1;) {
-        if (x + 8 <= row.x1) {
-            Fixed f;
-            load_fixed(f, row.dx + x, row.dy + x);
-            const int sx = x + f.x[0], sy = row.y + f.y[0];
-            if (f.together && sx >= 0 && sx + 9 <= row.width && sy >= 0 && sy + 2 <= row.height) {
-                const std::uint8_t* p = row.source + sy * row.source_stride + 4 * sx;
-                U8 rb, ga, rb1, ga1, rb2, ga2;
-                load_px(rb, ga, p);
-                load_px(rb1, ga1, p + 4);
-                mix16(rb, rb1, f.fx);
-                mix16(ga, ga1, f.fx);
-                p += row.source_stride;
-                load_px(rb1, ga1, p);
-                load_px(rb2, ga2, p + 4);
-                mix16(rb1, rb2, f.fx);
-                mix16(ga1, ga2, f.fx);
-                mix16(rb, rb1, f.fy);
-                mix16(ga, ga1, f.fy);
-                const U8 v = rb | ga << 8;
-                __builtin_memcpy(out + 4 * (x - row.x0), &v, sizeof v);
-                x += 8;
-                continue;
-            }
-        }
-        const int end = x + 8 <= row.x1 ? x + 8 : row.x1;
-        for (; x < end; ++x) {
-            const int dx = row.dx[x], dy = row.dy[x], sx = x + (dx >> 8), sy = row.y + (dy >> 8);
-            const auto fx = static_cast<std::uint32_t>(dx & 255), fy = static_cast<std::uint32_t>(dy & 255);
-            const std::uint32_t upper = mix_scalar(pixel(row, sx, sy), pixel(row, sx + 1, sy), fx);
-            const std::uint32_t lower = mix_scalar(pixel(row, sx, sy + 1), pixel(row, sx + 1, sy + 1), fx);
-            const std::uint32_t v = mix_scalar(upper, lower, fy);
-            __builtin_memcpy(out + 4 * (x - row.x0), &v, 4);
-        }
-    }
+// Eight pixels whose taps begin at p and at its neighbours.
+FOVEA_INLINE void linear8(U8& v, const std::uint8_t* p, std::ptrdiff_t stride, const Fixed& f) {
+    U8 rb, ga, rb1, ga1, rb2, ga2;
+    load_px(rb, ga, p);
+    load_px(rb1, ga1, p + 4);
+    mix16(rb, rb1, f.fx);
+    mix16(ga, ga1, f.fx);
+    p += stride;
+    load_px(rb1, ga1, p);
+    load_px(rb2, ga2, p + 4);
+    mix16(rb1, rb2, f.fx);
+    mix16(ga1, ga2, f.fx);
+    mix16(rb, rb1, f.fy);
+    mix16(ga, ga1, f.fy);
+    v = rb | ga << 8;
+}
+FOVEA_INLINE std::uint32_t linear1(const WarpRow& row, int sx, int sy, int fraction_x, int fraction_y) {
+    const auto fx = static_cast<std::uint32_t>(fraction_x), fy = static_cast<std::uint32_t>(fraction_y);
+    const std::uint32_t upper = mix_scalar(pixel(row, sx, sy), pixel(row, sx + 1, sy), fx);
+    const std::uint32_t lower = mix_scalar(pixel(row, sx, sy + 1), pixel(row, sx + 1, sy + 1), fx);
+    return mix_scalar(upper, lower, fy);
 }
 
 // Keys' cubic. Its slope at 1 is -0.6: measured over the scenes of `fovea tradeoff extrapolation` with their exact motion it
 // keeps 0.1 dB more than Catmull-Rom's -0.5; -0.75 and six taps of Lanczos gain nothing beyond.
-inline constexpr double kSlope = -0.6;
-constexpr double inner_lobe(double x) { return ((kSlope + 2) * x - (kSlope + 3)) * x * x + 1; }
-constexpr double outer_lobe(double x) { return ((x - 5) * x + 8) * x * kSlope - 4 * kSlope; }
-// Its weights in 1/128, for each 1/256 of a pixel; their sum is 128. Four 16-bit numbers.
+// With f from 0 to 1 between the middle taps: outer lobes -0.6 f (1-f)^2 and -0.6 f^2 (1-f), inner one 1 - 2.4 f^2 + 1.4 f^3.
+// In 1/128, of f in 1/256, in 32 bits; the sum is 128. For one number or a vector of them: both give the same.
+template <class T>
+__attribute__((always_inline)) constexpr void cubic_lobes(const T& f, T (&w)[4]) {
+    const T g = 256u - f, fg = f * g, half = f - f + (1u << 23);
+    constexpr std::uint32_t kOuter = 1229, kSquare = 78643, kCube = 179;   // 0.6 * 128 * 16, 2.4 * 128 * 256, 1.4 * 128
+    w[0] = 0u - ((((fg * g) >> 4) * kOuter + half) >> 24);
+    w[3] = 0u - ((((fg * f) >> 4) * kOuter + half) >> 24);
+    w[1] = 128u - ((f * f * (kSquare - kCube * f) + half) >> 24);
+    w[2] = 128u - w[0] - w[1] - w[3];
+}
 struct CubicTable {
     std::int16_t w[256][4];
 };
 constexpr CubicTable make_cubic_table() {
     CubicTable t{};
-    for (int i = 0; i < 256; ++i) {
-        const double f = i / 256.0;
-        const double g = 1 - f;
-        const double w[4] = {outer_lobe(1 + f), inner_lobe(f), inner_lobe(g), outer_lobe(1 + g)};
-        int sum = 0;
-        for (int k = 0; k < 4; ++k) {
-            t.w[i][k] = static_cast<std::int16_t>(w[k] * 128 + (w[k] < 0 ? -0.5 : 0.5));
-            sum += t.w[i][k];
-        }
-        const int k = f < 0.5 ? 1 : 2;   // the largest takes what rounding left
-        t.w[i][k] = static_cast<std::int16_t>(t.w[i][k] + 128 - sum);
+    for (std::uint32_t i = 0; i < 256; ++i) {
+        std::uint32_t w[4] = {};
+        cubic_lobes(i, w);
+        for (int k = 0; k < 4; ++k) t.w[i][k] = static_cast<std::int16_t>(static_cast<std::int32_t>(w[k]));
     }
     return t;
 }
@@ -147,14 +130,12 @@ FOVEA_INLINE void clamp_levels(U8& v) {   // v: levels + 32 in 16 bits; back to 
     v = reinterpret_cast<U8>(t);
 }
 
-FOVEA_INLINE void cubic_weights(U8 (&w)[4], const U8& f) {
-    for (int lane = 0; lane < 8; ++lane) {
-        const std::int16_t* t = kCubic.w[f[lane] & 255];
-        for (int k = 0; k < 4; ++k) w[k][lane] = static_cast<std::uint16_t>(t[k]) * 0x10001u;
-    }
+FOVEA_INLINE void cubic_weights(U8 (&w)[4], const U8& f) {   // in both halves of the lane
+    cubic_lobes<U8>(f & 255u, w);
+    for (int k = 0; k < 4; ++k) w[k] = (w[k] & 0xffffu) | w[k] << 16;
 }
 
-static std::uint32_t cubic_scalar(const WarpRow& row, int sx, int sy, int fx, int fy) {
+static std::uint32_t cubic1(const WarpRow& row, int sx, int sy, int fx, int fy) {
     const std::int16_t *wx = kCubic.w[fx], *wy = kCubic.w[fy];
     int sum[4] = {};
     for (int r = 0; r < 4; ++r) {
@@ -170,59 +151,89 @@ static std::uint32_t cubic_scalar(const WarpRow& row, int sx, int sy, int fx, in
     return v;
 }
 
-static void warp_rgba8_cubic(const WarpRow& row) {
+FOVEA_INLINE void cubic8(U8& v, const std::uint8_t* p, std::ptrdiff_t stride, const Fixed& f) {
+    U8 wx[4], wy[4];
+    cubic_weights(wx, f.fx);
+    cubic_weights(wy, f.fy);
+    const U8 bias = U8{} + kBias, levels = U8{} + kBiasLevels;
+    U8 rb_sum = bias, ga_sum = bias;
+    p -= stride + 4;
+    for (int r = 0; r < 4; ++r, p += stride) {
+        U8 rb_row = bias, ga_row = bias;
+        for (int k = 0; k < 4; ++k) {
+            U8 rb, ga;
+            load_px(rb, ga, p + 4 * k);
+            mul16(rb, wx[k]);
+            mul16(ga, wx[k]);
+            add16(rb_row, rb);
+            add16(ga_row, ga);
+        }
+        shift16(rb_row, 7);
+        shift16(ga_row, 7);
+        const H16 rb_level = reinterpret_cast<H16>(rb_row) - reinterpret_cast<H16>(levels);
+        const H16 ga_level = reinterpret_cast<H16>(ga_row) - reinterpret_cast<H16>(levels);
+        rb_row = reinterpret_cast<U8>(rb_level);
+        ga_row = reinterpret_cast<U8>(ga_level);
+        mul16(rb_row, wy[r]);
+        mul16(ga_row, wy[r]);
+        add16(rb_sum, rb_row);
+        add16(ga_sum, ga_row);
+    }
+    shift16(rb_sum, 7);
+    shift16(ga_sum, 7);
+    clamp_levels(rb_sum);
+    clamp_levels(ga_sum);
+    v = rb_sum | ga_sum << 8;
+}
+
+// Eight neighbours mostly come from eight neighbours; where a whole pixel is passed within them they come from two or three
+// such runs, each of which is read as if it were all eight.
+template <bool kIsCubic>
+FOVEA_INLINE void warp_rgba8(const WarpRow& row) {
+    constexpr int kBefore = kIsCubic ? 1 : 0, kAfter = kIsCubic ? 3 : 2;   // taps before, and from it on
     auto* out = static_cast<std::uint8_t*>(row.out);
     for (int x = row.x0; x < row.x1;) {
+        const int end = x + 8 <= row.x1 ? x + 8 : row.x1;
         if (x + 8 <= row.x1) {
             Fixed f;
             load_fixed(f, row.dx + x, row.dy + x);
-            const int sx = x + f.x[0], sy = row.y + f.y[0];
-            if (f.together && sx >= 1 && sx + 10 <= row.width && sy >= 1 && sy + 3 <= row.height) {
-                U8 wx[4], wy[4];
-                cubic_weights(wx, f.fx);
-                cubic_weights(wy, f.fy);
-                const U8 bias = U8{} + kBias, levels = U8{} + kBiasLevels;
-                U8 rb_sum = bias, ga_sum = bias;
-                const std::uint8_t* p = row.source + (sy - 1) * row.source_stride + 4 * (sx - 1);
-                for (int r = 0; r < 4; ++r, p += row.source_stride) {
-                    U8 rb_row = bias, ga_row = bias;
-                    for (int k = 0; k < 4; ++k) {
-                        U8 rb, ga;
-                        load_px(rb, ga, p + 4 * k);
-                        mul16(rb, wx[k]);
-                        mul16(ga, wx[k]);
-                        add16(rb_row, rb);
-                        add16(ga_row, ga);
-                    }
-                    shift16(rb_row, 7);
-                    shift16(ga_row, 7);
-                    const H16 rb_level = reinterpret_cast<H16>(rb_row) - reinterpret_cast<H16>(levels);
-                    const H16 ga_level = reinterpret_cast<H16>(ga_row) - reinterpret_cast<H16>(levels);
-                    rb_row = reinterpret_cast<U8>(rb_level);
-                    ga_row = reinterpret_cast<U8>(ga_level);
-                    mul16(rb_row, wy[r]);
-                    mul16(ga_row, wy[r]);
-                    add16(rb_sum, rb_row);
-                    add16(ga_sum, ga_row);
+            U8 result{};
+            I8 done{};
+            int lane = 0;
+            for (int run = 0; run < 3 && lane < 8; ++run) {
+                const int dx = f.x[lane], dy = f.y[lane], sx = x + dx, sy = row.y + dy;
+                if (sx < kBefore || sx + 7 + kAfter > row.width || sy < kBefore || sy + kAfter > row.height) break;
+                U8 v;
+                const std::uint8_t* p = row.source + sy * row.source_stride + 4 * sx;
+                if constexpr (kIsCubic)
+                    cubic8(v, p, row.source_stride, f);
+                else
+                    linear8(v, p, row.source_stride, f);
+                if (f.together) {
+                    result = v;
+                    lane = 8;
+                    break;
                 }
-                shift16(rb_sum, 7);
-                shift16(ga_sum, 7);
-                clamp_levels(rb_sum);
-                clamp_levels(ga_sum);
-                const U8 v = rb_sum | ga_sum << 8;
-                __builtin_memcpy(out + 4 * (x - row.x0), &v, sizeof v);
+                const I8 same = (f.x == dx) & (f.y == dy);
+                result = same != 0 ? v : result;
+                done |= same;
+                while (lane < 8 && done[lane] != 0) ++lane;
+            }
+            if (lane == 8) {
+                __builtin_memcpy(out + 4 * (x - row.x0), &result, sizeof result);
                 x += 8;
                 continue;
             }
         }
-        const int end = x + 8 <= row.x1 ? x + 8 : row.x1;
         for (; x < end; ++x) {
-            const int dx = row.dx[x], dy = row.dy[x];
-            const std::uint32_t v = cubic_scalar(row, x + (dx >> 8), row.y + (dy >> 8), dx & 255, dy & 255);
+            const int dx = row.dx[x], dy = row.dy[x], sx = x + (dx >> 8), sy = row.y + (dy >> 8);
+            const std::uint32_t v = kIsCubic ? cubic1(row, sx, sy, dx & 255, dy & 255) : linear1(row, sx, sy, dx & 255, dy & 255);
             __builtin_memcpy(out + 4 * (x - row.x0), &v, 4);
         }
     }
 }
+static void warp_rgba8_linear(const WarpRow& row) { warp_rgba8<false>(row); }
+static void warp_rgba8_cubic(const WarpRow& row) { warp_rgba8<true>(row); }
 
 // Floats: linear over the finite pixels of the four; an infinity or a NaN stays where it is and reaches no neighbour.
 FOVEA_INLINE void float_pixel(V4& v, const WarpRow& row, int x, int y) {
@@ -284,3 +295,74 @@ FOVEA_INLINE void warp_float(const WarpRow& row, bool cubic) {
 }
 static void warp_float_linear(const WarpRow& row) { warp_float(row, false); }
 static void warp_float_cubic(const WarpRow& row) { warp_float(row, true); }
+
+static void fix(const float* px, std::int32_t* fixed, int count) {
+    for (int i = 0; i < count; ++i) {
+        const float v = px[i] * 256.0f;
+        fixed[i] = static_cast<std::int32_t>(v + (v < 0 ? -0.5f : 0.5f));
+    }
+}
+
+// Eight pixels at a time, each channel in a lane of its own.
+FOVEA_INLINE void blend8(std::uint8_t* out, const std::uint8_t* second, const std::int32_t* how) {
+    U8 a, b;
+    I8 limit;
+    __builtin_memcpy(&a, out, sizeof a);
+    __builtin_memcpy(&b, second, sizeof b);
+    __builtin_memcpy(&limit, how, sizeof limit);
+    I8 first[4], apart[4], most{};
+    for (int c = 0; c < 4; ++c) {
+        const U8 p = a >> (8 * c) & 255u, q = b >> (8 * c) & 255u;
+        first[c] = reinterpret_cast<I8>(p);
+        apart[c] = reinterpret_cast<I8>(q) - first[c];
+        const I8 size = apart[c] < 0 ? -apart[c] : apart[c];
+        most = size > most ? size : most;
+    }
+    I8 weight = kSecondOnly - most;   // of 48: a half up to a difference of 24 levels, none from 48 on
+    weight = weight < 0 ? I8{} : weight;
+    weight = weight < limit ? weight : limit;
+    weight = limit == kSecondOnly ? limit : weight;
+    I8 v{};
+    for (int c = 0; c < 4; ++c) {
+        constexpr int kShare = 1366;   // 65536 / 48, rounded up: a weight of 48 is the whole
+        const I8 mixed = first[c] + ((apart[c] * weight * kShare + 32768) >> 16);
+        v |= mixed << (8 * c);
+    }
+    __builtin_memcpy(out, &v, sizeof v);
+}
+static void blend_rgba8(const BlendRow& row) {
+    auto* out = static_cast<std::uint8_t*>(row.out);
+    const auto* second = static_cast<const std::uint8_t*>(row.second);
+    int x = 0;
+    for (; x + 8 <= row.count; x += 8) blend8(out + 4 * x, second + 4 * x, row.how + x);
+    if (x == row.count) return;
+    std::uint8_t a[32] = {}, b[32] = {};
+    std::int32_t how[8] = {};
+    const auto left = static_cast<std::size_t>(row.count - x);
+    __builtin_memcpy(a, out + 4 * x, 4 * left);
+    __builtin_memcpy(b, second + 4 * x, 4 * left);
+    __builtin_memcpy(how, row.how + x, 4 * left);
+    blend8(a, b, how);
+    __builtin_memcpy(out + 4 * x, a, 4 * left);
+}
+
+// The same for light of any range: what counts is the difference in parts of the larger.
+static void blend_float(const BlendRow& row) {
+    auto* out = static_cast<float*>(row.out);
+    const auto* second = static_cast<const float*>(row.second);
+    for (int x = 0; x < row.count; ++x, out += 4, second += 4) {
+        if (row.how[x] == kFirstOnly) continue;
+        float most = 0;
+        bool numbers = true;
+        for (int c = 0; c < 4; ++c) {
+            const float p = out[c], q = second[c], apart = p > q ? p - q : q - p;
+            const float size = larger(larger(p, -p), larger(q, -q));
+            numbers = numbers && size <= 3.4028235e38f && p - p == 0 && q - q == 0;
+            most = larger(most, apart / larger(size, 1e-3f));
+        }
+        if (!numbers) continue;   // a number that is none stays where it is, and reaches nobody
+        constexpr float kSame = 0.1f;
+        const float weight = row.how[x] == kSecondOnly ? 1.0f : 0.5f * clamp(2.0f - most / kSame, 0.0f, 1.0f);
+        for (int c = 0; c < 4; ++c) out[c] = (1.0f - weight) * out[c] + weight * second[c];
+    }
+}

@@ -24,6 +24,13 @@ void Projection::resize(int width, int height) {
     front_.assign(out_.u.size(), kNothing);
 }
 
+void Projection::resize_known(int width, int height) {
+    resize(width, height);
+    far_.resize(width, height);
+    sources_.assign(out_.u.size(), kBoth);
+    carry_.assign(carry_scratch(width), 0.0f);
+}
+
 Projection::Background Projection::fit_background(const Motion& motion, float reach_px) const noexcept {
     constexpr int kSamples = 32, kRounds = 4;
     constexpr double kScalePx = 1.0;   // deviations of this size count half
@@ -66,12 +73,11 @@ Projection::Background Projection::fit_background(const Motion& motion, float re
     return best;
 }
 
-void Projection::run(const Motion& motion, const float* depth, int cell_px, float reach_px) noexcept {
+void Projection::run(const Motion& motion, int cell_px, float reach_px) noexcept {
     const int w = out_.width, h = out_.height;
     const float per_cell = 1.0f / static_cast<float>(cell_px);
     std::fill(front_.begin(), front_.end(), kNothing);
-    Background b;
-    if (depth == nullptr) b = fit_background(motion, reach_px);
+    const Background b = fit_background(motion, reach_px);
     bool moves = false;
     for (int y = 0; y < h; ++y) {
         const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(w);
@@ -82,15 +88,9 @@ void Projection::run(const Motion& motion, const float* depth, int cell_px, floa
             moves |= a != 0 || c != 0;
             const int tx = x + round_int(a * per_cell), ty = y + round_int(c * per_cell);
             if (tx < 0 || tx >= w || ty < 0 || ty >= h) continue;
-            float front;
-            if (depth != nullptr) {
-                front = -depth[row + static_cast<std::size_t>(x)];
-                if (!(front > kLowestFront)) front = kLowestFront;
-            } else {
-                const float du = a - (b.u[0] + b.u[1] * static_cast<float>(x) + b.u[2] * static_cast<float>(y));
-                const float dv = c - (b.v[0] + b.v[1] * static_cast<float>(x) + b.v[2] * static_cast<float>(y));
-                front = du * du + dv * dv;
-            }
+            const float du = a - (b.u[0] + b.u[1] * static_cast<float>(x) + b.u[2] * static_cast<float>(y));
+            const float dv = c - (b.v[0] + b.v[1] * static_cast<float>(x) + b.v[2] * static_cast<float>(y));
+            const float front = du * du + dv * dv;
             const std::size_t target = static_cast<std::size_t>(ty) * static_cast<std::size_t>(w) + static_cast<std::size_t>(tx);
             if (front > front_[target]) {
                 front_[target] = front;
@@ -99,12 +99,80 @@ void Projection::run(const Motion& motion, const float* depth, int cell_px, floa
             }
         }
     }
+    has_far_ = false;
     moves_ = moves;
     filled_ = 0;
-    if (moves) fill_holes(cell_px, depth != nullptr);
+    if (moves) fill_holes(cell_px, nullptr);
 }
 
-void Projection::fill_holes(int cell_px, bool mirrored) noexcept {
+void Projection::run_known(const KnownMotion& known, float step, int cell_px, float reach_px, const Kernels& kernels) noexcept {
+    std::fill(front_.begin(), front_.end(), kNothing);
+    has_far_ = known.motion_px != nullptr;
+    if (has_far_) std::fill(sources_.begin(), sources_.end(), static_cast<std::uint8_t>(kBoth));
+    moves_ = kernels.carry({known.motion_px, known.ahead_px, known.depth, step, out_.width, out_.height, cell_px, reach_px, carry_.data(), front_.data(), out_.u.data(), out_.v.data(),
+                            far_.u.data(), far_.v.data()});
+    filled_ = 0;
+    if (moves_) {
+        const Carry carry{&known, step, cell_px};
+        fill_holes(cell_px, &carry);
+    }
+}
+
+// What surrounds a hole: in each of four ways the first cell that something landed on.
+struct Projection::Hole {
+    int x, y;
+    int distance[4];           // cells; 0: nothing within reach
+    std::size_t found[4];
+    int behind;                // the way to what lies behind
+    bool apart;                // they do not all move alike: something in front has left
+};
+
+// The farther source shows what lies behind if the place is inside of it, and if what is in front now was elsewhere then.
+// Whether the nearer source shows, where `found` would take the hole's content from, what `found` belongs to, and not something in
+// front that moves otherwise: that has left, and hides there what the hole has to show.
+bool Projection::continues(const Carry& carry, int x, int y, std::size_t found) const noexcept {
+    const int w = out_.width, h = out_.height;
+    const float per_cell = 1.0f / static_cast<float>(carry.cell_px), alike = 0.5f * static_cast<float>(carry.cell_px);
+    const int px = x + round_int(out_.u[found] * per_cell), py = y + round_int(out_.v[found] * per_cell);
+    if (px < 0 || px >= w || py < 0 || py >= h) return true;
+    const std::size_t at = static_cast<std::size_t>(py) * static_cast<std::size_t>(w) + static_cast<std::size_t>(px);
+    if (!(-carry.known->depth[at] > front_[found])) return true;
+    const float* given = carry.known->ahead_px != nullptr ? carry.known->ahead_px : carry.known->motion_px;
+    const float scale = carry.known->ahead_px != nullptr ? 1.0f : carry.step;
+    const float du = given[2 * at] * scale + out_.u[found], dv = given[2 * at + 1] * scale + out_.v[found];
+    return std::fabs(du) <= alike && std::fabs(dv) <= alike;
+}
+
+void Projection::fill_from_far(const Hole& hole, const float* depth, int cell_px) noexcept {
+    const int w = out_.width, h = out_.height;
+    const std::size_t at = static_cast<std::size_t>(hole.y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(hole.x), behind = hole.found[hole.behind];
+    far_.u[at] = far_.u[behind];
+    far_.v[at] = far_.v[behind];
+    const float per_cell = 1.0f / static_cast<float>(cell_px);
+    const float far_x = static_cast<float>(hole.x) + far_.u[at] * per_cell, far_y = static_cast<float>(hole.y) + far_.v[at] * per_cell;
+    const auto inside = [&](float x, float y) { return x >= 0 && y >= 0 && x <= static_cast<float>(w - 1) && y <= static_cast<float>(h - 1); };
+    if (!inside(far_x, far_y)) return;
+    const bool near_inside = inside(static_cast<float>(hole.x) + out_.u[behind] * per_cell, static_cast<float>(hole.y) + out_.v[behind] * per_cell);
+    if (near_inside && !hole.apart) {
+        sources_[at] = kBoth;
+        return;
+    }
+    for (int way = 0; way < 4; ++way) {
+        if (hole.distance[way] == 0 || !(front_[hole.found[way]] > front_[behind])) continue;
+        const std::size_t f = hole.found[way];
+        // The mover's own motion brings the place in the farther source to the nearer one; half-way in depth tells them apart.
+        const int x = round_int(far_x + (out_.u[f] - far_.u[f]) * per_cell), y = round_int(far_y + (out_.v[f] - far_.v[f]) * per_cell);
+        if (far_.u[f] >= kNowhere_px) return;
+        const float between = 0.5f * (front_[f] + front_[behind]);
+        for (int j = std::max(y - 1, 0); j <= std::min(y + 1, h - 1); ++j)
+            for (int i = std::max(x - 1, 0); i <= std::min(x + 1, w - 1); ++i)
+                if (-depth[static_cast<std::size_t>(j) * static_cast<std::size_t>(w) + static_cast<std::size_t>(i)] > between) return;
+    }
+    sources_[at] = kSecondOnly;
+}
+
+void Projection::fill_holes(int cell_px, const Carry* carry) noexcept {
+    const bool mirrored = carry != nullptr;
     constexpr int kSearch = 48;   // cells: further away than this nothing is known about what lies behind
     const int w = out_.width, h = out_.height;
     const auto at = [w](int x, int y) { return static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x); };
@@ -116,11 +184,16 @@ void Projection::fill_holes(int cell_px, bool mirrored) noexcept {
             float& u = out_.u[at(x, y)];
             float& v = out_.v[at(x, y)];
             u = v = 0;
+            if (has_far_) sources_[at(x, y)] = kFirstOnly;
             constexpr int kWays[4][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
-            std::size_t found[4];
-            int distance[4] = {}, nearest = 0, ways = 0;
-            for (int way = 0; way < 4; ++way)
-                for (int d = 1; d <= kSearch; ++d) {
+            Hole hole{x, y, {}, {}, -1, false};
+            auto& found = hole.found;
+            auto& distance = hole.distance;
+            int nearest = 0, ways = 0, reach = kSearch;
+            for (int way = 0; way < 4; ++way) {
+                // What lies much further off above or below than beside does not decide.
+                if (way == 2 && nearest != 0) reach = std::min(kSearch, 2 * nearest + 6);
+                for (int d = 1; d <= reach; ++d) {
                     const int px = x + kWays[way][0] * d, py = y + kWays[way][1] * d;
                     if (px < 0 || px >= w || py < 0 || py >= h) break;
                     if (front_[at(px, py)] == kNothing) continue;
@@ -130,11 +203,14 @@ void Projection::fill_holes(int cell_px, bool mirrored) noexcept {
                     if (nearest == 0 || d < nearest) nearest = d;
                     break;
                 }
+            }
             if (ways == 0) continue;
             // A surface that grows tears open by a cell or two: what stands on both sides goes on there, whatever lies further off.
-            bool torn = false;
+            bool torn = false, uncovered = false;
             for (int way = 0; way < 4 && !torn; way += 2)
                 if (distance[way] != 0 && distance[way + 1] != 0 && distance[way] + distance[way + 1] <= 3) {
+                    const int behind = front_[found[way]] < front_[found[way + 1]] ? way : way + 1;
+                    uncovered = carry != nullptr && !continues(*carry, x, y, found[behind]);   // something in front has left
                     torn = true;
                     distance[2 - way] = distance[3 - way] = 0;
                 }
@@ -160,7 +236,10 @@ void Projection::fill_holes(int cell_px, bool mirrored) noexcept {
             // picture behind, of which only the part beyond the rim is known: mirrored there. Only with depth is the rim sure
             // enough for that; without, the gain is less than the loss where the motion's edge is a cell or two off.
             const float disagreement = std::max(high_u - low_u, high_v - low_v);
-            if (mirrored && !torn && ways > 1 && disagreement > 0.5f * static_cast<float>(cell_px)) {
+            hole.behind = chosen;
+            hole.apart = torn ? uncovered : (ways > 1 && disagreement > 0.5f * static_cast<float>(cell_px)) || (carry != nullptr && !continues(*carry, x, y, found[chosen]));
+            if (has_far_) fill_from_far(hole, carry->known->depth, cell_px);
+            if (mirrored && hole.apart) {
                 u += static_cast<float>(kWays[chosen][0] * (2 * distance[chosen] - 1) * cell_px);
                 v += static_cast<float>(kWays[chosen][1] * (2 * distance[chosen] - 1) * cell_px);
             }

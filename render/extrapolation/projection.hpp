@@ -5,9 +5,11 @@
 //                                    nothing lands on is filled from the side that lies behind (with depth: mirrored at its rim)
 //
 // Input: motion per cell, pixels of the picture; times `scale` it is output position - near position.
-// Output: dx, dy in pixels: near position - output position.
+// Output: dx, dy in pixels: near position - output position. Known motion with depth tells as well where each output cell
+// was in the farther source: there it may have been seen a second time, or at all.
 #pragma once
 
+#include "render/extrapolation/extrapolation.hpp"
 #include "render/extrapolation/plane.hpp"
 
 namespace fovea::render::extrapolation {
@@ -23,9 +25,17 @@ public:
         std::size_t pitch;
         float scale;
     };
-    void run(const Motion& motion, const float* depth, int cell_px, float reach_px) noexcept;
+    void run(const Motion& motion, int cell_px, float reach_px) noexcept;
+
+    // Known motion with depth: sized apart, since it needs more room.
+    void resize_known(int width, int height);
+    void run_known(const KnownMotion& known, float step, int cell_px, float reach_px, const Kernels& kernels) noexcept;
 
     [[nodiscard]] const Field& displacement() const noexcept { return out_; }
+    // Of run_known with motion_px: where each output cell was in the farther source; null: nothing is known of it.
+    [[nodiscard]] const Field* far_displacement() const noexcept { return has_far_ ? &far_ : nullptr; }
+    // Per cell, with far_displacement: kBoth, kFirstOnly or kSecondOnly (of BlendRow).
+    [[nodiscard]] const std::vector<std::uint8_t>& sources() const noexcept { return sources_; }
     [[nodiscard]] float filled_fraction() const noexcept { return filled_; }
     // False: nothing moves, every displacement is 0.
     [[nodiscard]] bool moves() const noexcept { return moves_; }
@@ -36,9 +46,20 @@ private:
         float u[3] = {}, v[3] = {};
     };
     [[nodiscard]] Background fit_background(const Motion& motion, float reach_px) const noexcept;
-    void fill_holes(int cell_px, bool mirrored) noexcept;
+    struct Carry {
+        const KnownMotion* known;
+        float step;
+        int cell_px;
+    };
+    void fill_holes(int cell_px, const Carry* carry) noexcept;   // null: no known motion with depth
+    struct Hole;
+    [[nodiscard]] bool continues(const Carry& carry, int x, int y, std::size_t found) const noexcept;
+    void fill_from_far(const Hole& hole, const float* depth, int cell_px) noexcept;
 
-    Field out_;
+    Field out_, far_;
+    std::vector<std::uint8_t> sources_;
+    std::vector<float> carry_;   // scratch of run_known
+    bool has_far_ = false;
     std::vector<float> front_;   // what lies at each output cell; larger is nearer; kNothing: a hole
     float filled_ = 0;
     bool moves_ = false;

@@ -1,6 +1,7 @@
 # The tests of frame extrapolation, included by CMakeLists.txt of this folder.
 fovea_test(fovea_extrapolation_test SOURCES
   allocation_count.cpp
+  extrapolation_known_test.cpp
   extrapolation_test.cpp
   threads_test.cpp
   LINK fovea_extrapolation

@@ -304,39 +304,6 @@ TEST(Extrapolation, ThreadsAndCodePathsGiveTheSameBits) {
     }
 }
 
-TEST(Extrapolation, KnownMotionCarriesWhatIsInFrontOverWhatIsBehind) {
-    // Stripes that match everywhere, so that the pictures alone say nothing: only the known motion can move them.
-    constexpr int kSize = 96;
-    Picture a(kSize, kSize, Format::rgba8), b(a), out(a);
-    std::vector<float> motion(2 * kSize * kSize), depth(kSize * kSize, 10.0f);
-    for (int y = 0; y < kSize; ++y)
-        for (int x = 0; x < kSize; ++x) {
-            const bool front = x >= 30 && x < 50 && y >= 30 && y < 60;
-            a.set(x, y, {0.1f, 0.1f, 0.1f, 1});
-            b.set(x, y, front ? std::array<float, 4>{1, 0.5f, 0, 1} : std::array<float, 4>{0.2f, static_cast<float>(x) / kSize, 0.2f, 1});
-            if (!front) continue;
-            motion[static_cast<std::size_t>(2 * (y * kSize + x))] = 16;
-            depth[static_cast<std::size_t>(y * kSize + x)] = 2;
-        }
-    auto e = engine();
-    const KnownMotion known{motion.data(), depth.data(), kSize, kSize};
-    ASSERT_EQ(run(e, a, b, out, 0.5f, {.motion = &known}), Outcome::ok);
-    for (int x = 38; x < 58; ++x) EXPECT_EQ(std::memcmp(out.at(x, 45), b.at(40, 45), 4), 0) << x;   // carried on by 8
-    for (int x = 30; x < 38; ++x) EXPECT_NE(std::memcmp(out.at(x, 45), b.at(40, 45), 4), 0) << x << " must show what lies behind";
-    EXPECT_EQ(std::memcmp(out.at(80, 45), b.at(80, 45), 4), 0);
-}
-
-TEST(Extrapolation, KnownMotionThatIsNoNumberStandsStill) {
-    const Picture a = moved_noise(64, 64, Format::rgba8, 0, 0), b = moved_noise(64, 64, Format::rgba8, 3, 0);
-    Picture out(64, 64, Format::rgba8);
-    std::vector<float> motion(2 * 16 * 16), depth(16 * 16, kNan);
-    for (std::size_t i = 0; i < motion.size(); ++i) motion[i] = i % 3 == 0 ? kNan : i % 3 == 1 ? kInf : -1e38f;
-    auto e = engine();
-    const KnownMotion known{motion.data(), depth.data(), 16, 16};
-    ASSERT_EQ(run(e, a, b, out, 0.5f, {.motion = &known}), Outcome::ok);
-    EXPECT_EQ(out, b);
-}
-
 TEST(Extrapolation, GazeSavesEffortOutsideAndNothingInside) {
     const Picture a = moved_noise(512, 512, Format::rgba8, 0, 0), b = moved_noise(512, 512, Format::rgba8, 6.3f, 3.1f), truth = moved_noise(512, 512, Format::rgba8, 9.45f, 4.65f);
     Picture full(512, 512, Format::rgba8), foveated(full);

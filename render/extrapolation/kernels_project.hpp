@@ -1,0 +1,182 @@
+// Carries every cell of the nearer source to where it will be at the output, for known motion with depth. Included inside a
+// namespace per code path.
+//
+// At an edge between motions a pixel of the thing behind holds a little of the thing in front (that is what antialiasing
+// is), so the front is carried with a rim of one cell. Eight neighbours that move by the same whole cells (the usual case)
+// are compared with what already lies there, and written, at once.
+
+// One row of what moves, with the edge repeated on both sides.
+struct CarryRow {
+    float *a, *c, *far_u, *far_v, *front;   // cell x at index x; -1 and `width` exist
+};
+
+FOVEA_INLINE CarryRow carry_row(const CarryJob& job, int y) {
+    float* base = job.scratch + static_cast<std::ptrdiff_t>(y % 3) * 5 * carry_pitch(job.width) + 8;
+    const std::ptrdiff_t pitch = carry_pitch(job.width);
+    return {base, base + pitch, base + 2 * pitch, base + 3 * pitch, base + 4 * pitch};
+}
+
+static void load_carry_row(const CarryJob& job, int y) {
+    const CarryRow r = carry_row(job, y);
+    const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(y) * job.width;
+    const float* given = (job.ahead != nullptr ? job.ahead : job.motion) + 2 * row;
+    const float scale = job.ahead != nullptr ? 1.0f : job.step;
+    const float* z = job.depth + row;
+    const float* m = job.motion != nullptr ? job.motion + 2 * row : given;
+    V8 lowest, nowhere, reach, factor;
+    splat(lowest, -3.4028235e38f);
+    splat(nowhere, kNowhere_px);
+    splat(reach, job.reach_px);
+    splat(factor, scale);
+    for (int x = 0; x < job.width; x += 8) {
+        // The last few are read from a copy, and what lies beyond the row is written over below.
+        float pairs[2][16], last[8];
+        const float *p = given + 2 * x, *q = m + 2 * x, *d = z + x;
+        if (x + 8 > job.width) {
+            const auto left = static_cast<std::size_t>(job.width - x);
+            __builtin_memset(pairs, 0, sizeof pairs);
+            __builtin_memset(last, 0, sizeof last);
+            __builtin_memcpy(pairs[0], p, 2 * left * sizeof(float));
+            __builtin_memcpy(pairs[1], q, 2 * left * sizeof(float));
+            __builtin_memcpy(last, d, left * sizeof(float));
+            p = pairs[0];
+            q = pairs[1];
+            d = last;
+        }
+        V8 low, high, u, v, size_u, size_v, front;
+        load(low, p);
+        load(high, p + 8);
+        V8 a = __builtin_shuffle(low, high, I8{0, 2, 4, 6, 8, 10, 12, 14}) * factor, c = __builtin_shuffle(low, high, I8{1, 3, 5, 7, 9, 11, 13, 15}) * factor;
+        absolute(size_u, a);
+        absolute(size_v, c);
+        const I8 ok = (size_u <= reach) & (size_v <= reach);
+        a = ok ? a : V8{};
+        c = ok ? c : V8{};
+        store(r.a + x, a);
+        store(r.c + x, c);
+        load(front, d);
+        front = -front;
+        front = front > lowest ? front : lowest;
+        store(r.front + x, front);
+        load(low, q);
+        load(high, q + 8);
+        u = __builtin_shuffle(low, high, I8{0, 2, 4, 6, 8, 10, 12, 14});
+        v = __builtin_shuffle(low, high, I8{1, 3, 5, 7, 9, 11, 13, 15});
+        absolute(size_u, u);
+        absolute(size_v, v);
+        I8 known = (size_u < nowhere) & (size_v < nowhere);
+        if (job.motion == nullptr) known = I8{};
+        u = known ? -(a + u) : nowhere;
+        v = known ? -(c + v) : nowhere;
+        store(r.far_u + x, u);
+        store(r.far_v + x, v);
+    }
+    float* const planes[] = {r.a, r.c, r.far_u, r.far_v, r.front};
+    for (float* p : planes) {
+        p[-1] = p[0];
+        for (int x = 0; x < 8; ++x) p[job.width + x] = p[job.width - 1];
+    }
+}
+
+struct Carried {
+    V8 a, c, far_u, far_v, front;
+};
+
+// The nearest of the nine cells around lends its motion.
+FOVEA_INLINE void lend(Carried& k, int lane, int x, const CarryRow (&rows)[3]) {
+    float best = rows[1].front[x];
+    int from = 1, at = x;
+    for (int j = 0; j < 3; ++j)
+        for (int i = x - 1; i <= x + 1; ++i)
+            if (rows[j].front[i] > best) {
+                best = rows[j].front[i];
+                from = j;
+                at = i;
+            }
+    k.a[lane] = rows[from].a[at];
+    k.c[lane] = rows[from].c[at];
+    k.far_u[lane] = rows[from].far_u[at];
+    k.far_v[lane] = rows[from].far_v[at];
+    k.front[lane] = best;
+}
+
+FOVEA_INLINE void floor8(I8& out, const V8& v) {
+    out = __builtin_convertvector(v, I8);
+    const V8 back = __builtin_convertvector(out, V8);
+    out += back > v;   // -1 where true
+}
+FOVEA_INLINE bool any8(const I8& mask) {
+    struct Halves { L2 lo, hi; };
+    Halves h;
+    __builtin_memcpy(&h, &mask, sizeof h);
+    const L2 any = h.lo | h.hi;
+    return (any[0] | any[1]) != 0;
+}
+
+static bool carry(const CarryJob& job) {
+    constexpr float kEdge_px = 0.25f;   // neighbours whose motion differs by more do not belong together
+    const float per_cell = 1.0f / static_cast<float>(job.cell_px);
+    bool moves = false;
+    load_carry_row(job, 0);
+    for (int y = 0; y < job.height; ++y) {
+        if (y + 1 < job.height) load_carry_row(job, y + 1);
+        const CarryRow rows[3] = {carry_row(job, y > 0 ? y - 1 : y), carry_row(job, y), carry_row(job, y + 1 < job.height ? y + 1 : y)};
+        for (int x = 0; x < job.width; x += 8) {
+            Carried k;
+            load(k.a, rows[1].a + x);
+            load(k.c, rows[1].c + x);
+            load(k.far_u, rows[1].far_u + x);
+            load(k.far_v, rows[1].far_v + x);
+            load(k.front, rows[1].front + x);
+            moves |= any8((k.a != 0.0f) | (k.c != 0.0f));
+            V8 edge{}, e, other;
+            const float* around[8] = {rows[1].a + x - 1, rows[1].a + x + 1, rows[0].a + x, rows[2].a + x, rows[1].c + x - 1, rows[1].c + x + 1, rows[0].c + x, rows[2].c + x};
+            for (int i = 0; i < 8; ++i) {
+                load(other, around[i]);
+                absolute(e, other - (i < 4 ? k.a : k.c));
+                at_least(edge, e);
+            }
+            const I8 lent = edge > kEdge_px;
+            const int count = job.width - x < 8 ? job.width - x : 8;
+            if (any8(lent))
+                for (int lane = 0; lane < count; ++lane)
+                    if (lent[lane] != 0) lend(k, lane, x + lane, rows);
+            I8 tx, ty;
+            floor8(tx, k.a * per_cell + 0.5f);
+            floor8(ty, k.c * per_cell + 0.5f);
+            const int to_x = x + tx[0], to_y = y + ty[0];
+            if (count == 8 && !any8((tx ^ tx[0]) | (ty ^ ty[0]))) {
+                if (to_y < 0 || to_y >= job.height) continue;
+                if (to_x >= 0 && to_x + 8 <= job.width) {
+                    const std::ptrdiff_t to = static_cast<std::ptrdiff_t>(to_y) * job.width + to_x;
+                    V8 old;
+                    load(old, job.front + to);
+                    const I8 wins = k.front > old;
+                    const auto put = [&](float* plane, const V8& v) __attribute__((always_inline)) {
+                        V8 was;
+                        load(was, plane + to);
+                        store(plane + to, wins ? v : was);
+                    };
+                    put(job.front, k.front);
+                    put(job.u, -k.a);
+                    put(job.v, -k.c);
+                    put(job.far_u, k.far_u);
+                    put(job.far_v, k.far_v);
+                    continue;
+                }
+            }
+            for (int lane = 0; lane < count; ++lane) {
+                const int px = x + lane + tx[lane], py = y + ty[lane];
+                if (px < 0 || px >= job.width || py < 0 || py >= job.height) continue;
+                const std::ptrdiff_t to = static_cast<std::ptrdiff_t>(py) * job.width + px;
+                if (!(k.front[lane] > job.front[to])) continue;
+                job.front[to] = k.front[lane];
+                job.u[to] = -k.a[lane];
+                job.v[to] = -k.c[lane];
+                job.far_u[to] = k.far_u[lane];
+                job.far_v[to] = k.far_v[lane];
+            }
+        }
+    }
+    return moves;
+}
