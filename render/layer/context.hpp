@@ -224,6 +224,18 @@ public:
     [[nodiscard]] GLenum view_error();  // of a draw with the program in use to the framebuffer bound for drawing
     void forget_views(GLenum target, GLenum attachment);
     void set_view(GLint view);
+    // Runs a call that is not recorded once per view of the framebuffer bound for drawing.
+    template <class DriverCall>
+    void for_each_view(DriverCall call) {
+        const auto views = static_cast<GLint>(views_of(draw_framebuffer_));
+        if (views <= 1) return call();
+        for (GLint view = 0; view < views; ++view) {
+            attach_view(view);
+            set_view(view);
+            call();
+        }
+        attach_view(0);
+    }
     void note_link(GLuint program);
 
     // Auto mode.

@@ -315,11 +315,11 @@ static void draw_indirect(DrawCall d) {
         execute(d);
         if (!off) gl.Disable(GL_RASTERIZER_DISCARD);
     };
-    if ((c->captures() || c->program_facts().side_effects) && c->drawing_target().views == 1) {
+    if (c->captures() || c->program_facts().side_effects) {
         // The question would have the side effects of the draw.
         if (!c->allowed(Context::Op::draw)) return;
         c->leave_levels(d.kind == DrawCall::arrays_indirect ? Call::DrawArraysIndirect : Call::DrawElementsIndirect);
-        return execute(d);
+        return c->for_each_view([&d] { execute(d); });
     }
     if (c->begin(Context::Op::draw, probe, d.mode)) record(*c, d);
 }

@@ -191,6 +191,20 @@ GLuint GL_APIENTRY layer_glCreateShaderProgramv(GLenum type, GLsizei count, cons
     return program;
 }
 
+// Dispatches are broadcast to every view as draws are.
+void GL_APIENTRY layer_glDispatchCompute(GLuint x, GLuint y, GLuint z) {
+    Context* c = engaged();
+    if (!c) return gl.DispatchCompute(x, y, z);
+    c->before_finish(Call::DispatchCompute);
+    c->for_each_view([=] { gl.DispatchCompute(x, y, z); });
+}
+void GL_APIENTRY layer_glDispatchComputeIndirect(GLintptr indirect) {
+    Context* c = engaged();
+    if (!c) return gl.DispatchComputeIndirect(indirect);
+    c->before_finish(Call::DispatchComputeIndirect);
+    c->for_each_view([=] { gl.DispatchComputeIndirect(indirect); });
+}
+
 // What the attached shaders say, once they are linked.
 void Context::note_link(GLuint program) {
     GLint count = 0, views = 0;
