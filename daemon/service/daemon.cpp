@@ -118,6 +118,10 @@ struct Daemon::State {
     void tick() {
         const Instant now = time.now();
         focus.beat(now);
+        if (sleep_watch.slept()) {
+            spdlog::warn("the machine has slept");
+            if (begun) loop->look();   // it may be waiting for a device that says nothing
+        }
         clients->drain();
         if (now - rate_from >= kRateWindow) {
             const std::uint64_t count = loop->status().published;
@@ -295,6 +299,7 @@ struct Daemon::State {
     asio::steady_timer tick_timer, linger_timer;
     Instant started;
 
+    SleepWatch sleep_watch{time_asleep};
     Published published_before;
     std::uint64_t loop_number = 0;
     SourceState said = SourceState::waiting;

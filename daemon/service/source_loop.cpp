@@ -31,7 +31,7 @@ const char* to_string(SourceState state) noexcept {
 
 SourceLoop::SourceLoop(std::unique_ptr<drivers::Device> device, bool may_come_later, pipeline::Pipeline pipeline,
                        Outputs outputs, const TimeSource& time, std::function<void()> state_changed, Published before,
-                       int realtime_priority)
+                       int realtime_priority, AsleepClock asleep)
     : device_{std::move(device)},
       may_come_later_{may_come_later},
       realtime_priority_{may_come_later ? realtime_priority : 0},
@@ -39,6 +39,7 @@ SourceLoop::SourceLoop(std::unique_ptr<drivers::Device> device, bool may_come_la
       outputs_{outputs},
       time_{time},
       state_changed_{std::move(state_changed)},
+      sleep_watch_{asleep},
       sequence_{before.models},
       newest_id_{before.sample_ids},
       info_{device_->info()} {
@@ -135,6 +136,7 @@ void SourceLoop::run() {
     Duration retry = kFirstRetry;
     for (;;) {
         enter(SourceState::opening);
+        static_cast<void>(sleep_watch_.slept());   // a sleep from here on counts, one that is over does not
         if (Result<void> opened = device_->open(); !opened) {
             if (!may_come_later_) return enter(SourceState::failed, std::move(opened.error()));
             enter(SourceState::lost, std::move(opened.error()));
@@ -147,6 +149,12 @@ void SourceLoop::run() {
             device_->close();
             if (left == Left::stopped) return;
             if (left == Left::ended) return enter(SourceState::ended);
+            if (left == Left::slept) {
+                publish_nothing();
+                enter(SourceState::lost, Error{"the machine has slept", info_.location, "the device is opened anew"});
+                retry = kFirstRetry;
+                continue;
+            }
             if (sequence_ != before) retry = kFirstRetry;  // it did work: try again soon
             enter(SourceState::lost, Error{"the device is gone or silent", info_.location, "it is opened again when it is back"});
         }
@@ -168,6 +176,8 @@ SourceLoop::Left SourceLoop::steady() noexcept {
             }
         }
         show_device_counters();
+        // Before anything is published. A recording does not mind: its times are its own.
+        if (may_come_later_ && polled != drivers::PollStatus::ended && sleep_watch_.slept()) return Left::slept;
         switch (polled) {
             case drivers::PollStatus::sample: publish(sample); break;
             case drivers::PollStatus::nothing: break;
@@ -188,6 +198,13 @@ void SourceLoop::show_device_counters() noexcept {
     live_.device_losses.store(c.losses, relaxed);
     live_.switches.store(c.switches, relaxed);
     live_.last_loss.store(c.last_loss, relaxed);
+}
+
+// As before the first sample: readers go to the static focal point at once, for the gaze that they would hold is of unknown
+// age. Sequence 0: it stands for no sample, and none is missing from a recording.
+void SourceLoop::publish_nothing() noexcept {
+    model_ = MotionModel{};
+    outputs_.focus.publish(model_);
 }
 
 void SourceLoop::publish(const GazeSample& polled) noexcept {

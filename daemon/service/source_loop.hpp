@@ -7,6 +7,9 @@
 //                 |    v      v
 //                 +-- lost <--+     retried after 100 ms, doubling to 5 s
 //
+// After the machine has slept, a device is lost and opened anew: what it has still to say may be from before, and its
+// clock has gone on while ours stood still. Until it speaks again, readers are told that there is no gaze.
+//
 // Steady loop (running): noexcept, no allocation, no lock, no log. Its faults raise counters; status() reads them.
 //
 // Threads: create, begin, stop, set_pipeline and the destructor from the owner's thread; status() from any thread.
@@ -21,6 +24,7 @@
 #include <thread>
 
 #include "daemon/pipeline/pipeline.hpp"
+#include "daemon/service/sleep_watch.hpp"
 #include "drivers/device.hpp"
 #include "protocol/focus_region.hpp"
 #include "protocol/samples_region.hpp"
@@ -61,22 +65,25 @@ public:
     // `state_changed` is called on the loop's thread at each arrow above, never from the steady loop.
     SourceLoop(std::unique_ptr<drivers::Device> device, bool may_come_later, pipeline::Pipeline pipeline,
                Outputs outputs, const TimeSource& time, std::function<void()> state_changed, Published before = {},
-               int realtime_priority = 0);
+               int realtime_priority = 0, AsleepClock asleep = time_asleep);
     ~SourceLoop();   // stops
 
     void begin();                      // waiting -> opening; once
     void stop() noexcept;              // joins the thread; the device is closed
+    // The loop looks around soon, also when the device is silent. From the owner's thread, after begin().
+    void look() noexcept { device_->wake(); }
     // The new pipeline takes over at the next sample, as after a reset.
     void set_pipeline(pipeline::Pipeline pipeline);
     [[nodiscard]] SourceStatus status() const;
     [[nodiscard]] Published published() const noexcept;   // after stop()
 
 private:
-    enum class Left : std::uint8_t { stopped, lost, ended };
+    enum class Left : std::uint8_t { stopped, lost, slept, ended };
 
     void run();
     Left steady() noexcept;
     void publish(const GazeSample& sample) noexcept;
+    void publish_nothing() noexcept;
     void show_device_counters() noexcept;
     void enter(SourceState state, Error error = {});
     bool sleep(Duration pause);        // false: stop() was called
@@ -89,6 +96,7 @@ private:
     const TimeSource& time_;
     const std::function<void()> state_changed_;
 
+    SleepWatch sleep_watch_;
     MotionModel model_;                // the published copy; the loop's own
     std::uint64_t sequence_ = 0, id_base_ = 0, newest_id_ = 0;
 

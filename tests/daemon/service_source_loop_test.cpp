@@ -8,6 +8,7 @@
 #include <mutex>
 
 #include "tests/allocation/allocation_count.hpp"
+#include "protocol/loss_policy.hpp"
 #include "tests/daemon/daemon_process.hpp"
 
 namespace fovea::service {
@@ -21,9 +22,15 @@ struct Script {
     bool opens = true;
     int samples = 0;
     PollStatus after = PollStatus::nothing;   // nothing: waits until wake()
+    int sleeps_before = 0;                    // the machine sleeps for an hour before this sample is read; 0: never
 };
 
 using Scripts = std::deque<Script>;
+
+// How long the machine of these tests has been asleep.
+std::atomic<std::int64_t> asleep_ns{0};
+Duration asleep() noexcept { return Duration{asleep_ns.load()}; }
+void sleep_for(Duration d) { asleep_ns.fetch_add(d.count()); }
 
 class ScriptedDevice final : public drivers::Device {
 public:
@@ -41,6 +48,7 @@ public:
     }
     PollStatus poll(GazeSample& out, Instant) noexcept override {
         if (given_ < now_.samples) {
+            if (given_ + 1 == now_.sleeps_before) sleep_for(std::chrono::hours(1));
             out = {};
             out.id = static_cast<std::uint64_t>(++given_);
             out.exposed = out.received = MonotonicClock::now();
@@ -86,7 +94,7 @@ struct Stage {
         device = owned.get();
         loop = std::make_unique<SourceLoop>(std::move(owned), may_come_later,
                                             pipeline::Pipeline::create({}).value(), SourceLoop::Outputs{focus, samples}, time,
-                                            [this] { changes.fetch_add(1); }, before);
+                                            [this] { changes.fetch_add(1); }, before, 0, asleep);
     }
     [[nodiscard]] bool reaches(SourceState state) const {
         return eventually([&] { return loop->status().state == state; });
@@ -201,6 +209,72 @@ TEST(SourceLoop, ANewPipelineTakesOverWithoutLosingASample) {
     ASSERT_TRUE(s.publishes(200'000));
     s.loop->stop();
     EXPECT_LT(s.loop->status().pipeline.samples, 200'000u) << "the last pipeline counts only its own samples";
+}
+
+TEST(SourceLoop, OpensTheDeviceAnewAfterTheMachineHasSlept) {
+    Stage s(Scripts{{.samples = 20, .sleeps_before = 4}, {.samples = 2, .after = PollStatus::ended}});
+    s.loop->begin();
+    ASSERT_TRUE(s.reaches(SourceState::ended));
+    EXPECT_EQ(s.device->opens, 2);
+    EXPECT_EQ(s.device->closes, 2);
+    EXPECT_EQ(s.loop->status().losses, 1u);
+    SampleRecord record;
+    for (std::uint64_t n = 1; n <= 5; ++n) {
+        ASSERT_TRUE(s.reader.next_sample(record)) << n;
+        EXPECT_EQ(record.model.sequence, n) << "none is missing";
+        EXPECT_EQ(record.raw.id, n);
+        if (n > 3) {
+            EXPECT_FLOAT_EQ(static_cast<float>(record.raw.eye(Eye::combined).gaze_dir_head.x),
+                            static_cast<float>(from_azimuth_elevation<HeadFrame>({1e-3 * static_cast<double>(n - 3), 0}).x))
+                << "what the device had still to say from before is not published";
+        }
+    }
+    EXPECT_FALSE(s.reader.next_sample(record));
+}
+
+TEST(SourceLoop, PublishesNoGazeAfterTheMachineHasSlept) {
+    Stage s(Scripts{{.samples = 3}, {.opens = false}, {.opens = false}, {.opens = false}, {.opens = false}, {.opens = false}});
+    s.loop->begin();
+    ASSERT_TRUE(s.publishes(3));
+    MotionModel newest;
+    ASSERT_TRUE(s.model_reader.read(newest));
+    EXPECT_EQ(newest.sequence, 3u);
+    EXPECT_TRUE(newest.eye(Eye::combined).ever_valid);
+    sleep_for(std::chrono::seconds(1));
+    s.loop->look();   // as the heartbeat does
+    ASSERT_TRUE(s.reaches(SourceState::lost));
+    ASSERT_TRUE(s.model_reader.read(newest));
+    EXPECT_FALSE(newest.eye(Eye::combined).ever_valid);
+    EXPECT_EQ(evaluate(newest.eye(Eye::combined), LossPolicy{}, MonotonicClock::now()).tracked, 0)
+        << "by our clock the gaze is still fresh";
+    s.loop->stop();
+}
+
+TEST(SourceLoop, ARecordingDoesNotMindASleep) {
+    Stage s(Scripts{{.samples = 20, .after = PollStatus::ended, .sleeps_before = 4}}, false);
+    s.loop->begin();
+    ASSERT_TRUE(s.reaches(SourceState::ended));
+    EXPECT_EQ(s.loop->status().published, 20u);
+    EXPECT_EQ(s.loop->status().losses, 0u);
+}
+
+TEST(SleepWatch, TellsOfEachSleepOnceAndOfNothingElse) {
+    SleepWatch watch(asleep);
+    EXPECT_FALSE(watch.slept());
+    sleep_for(SleepWatch::kShortest - Duration{1});
+    EXPECT_FALSE(watch.slept()) << "two readings of the clocks may differ";
+    sleep_for(Duration{1});
+    EXPECT_TRUE(watch.slept());
+    EXPECT_FALSE(watch.slept());
+    sleep_for(std::chrono::hours(24 * 365));
+    EXPECT_TRUE(watch.slept());
+    EXPECT_FALSE(watch.slept());
+}
+
+TEST(SleepWatch, ReadsTheKernelsClocks) {
+    const Duration first = time_asleep();
+    EXPECT_GE(first, -std::chrono::milliseconds(1));
+    EXPECT_GE(time_asleep() - first, -SleepWatch::kShortest) << "time asleep never shrinks";
 }
 
 TEST(SourceLoop, TellsOfEachChangeOfState) {
