@@ -54,6 +54,9 @@ public:
     // Makes a poll() that waits on another thread return `nothing` soon.
     virtual void wake() noexcept = 0;
     virtual void close() noexcept = 0;
+    // Shortly before a sample is due: may go through what poll() will do with it, so that this meets warm caches.
+    // Changes nothing that poll() gives. Steady loop, as poll().
+    virtual void rehearse() noexcept {}
     [[nodiscard]] virtual DeviceCounters counters() const noexcept { return {}; }
 };
 

@@ -108,6 +108,10 @@ public:
         done_.release();
     }
 
+    void rehearse() noexcept override {
+        if (active_ < members_.size()) members_[active_].device->rehearse();
+    }
+
     void close() noexcept override {
         for (auto& m : members_) {
             for (Hold h = held(m); h == Hold::wanted || h == Hold::unwanted; h = held(m)) m.hold.wait(h, std::memory_order_acquire);

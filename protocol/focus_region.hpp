@@ -77,6 +77,8 @@ public:
     // Makes `model` the newest, as it stands (sequence and instants are the caller's). Eyes that are not in
     // eyes_present are not copied. Cost: fovea_bench BM_Publish.
     void publish(const MotionModel& model) noexcept;
+    // Asks for the memory that the next publish() will write; from publish()'s thread.
+    void prefetch() const noexcept;
     void set_policy(const LossPolicy& policy) noexcept;
     void beat(Instant now) noexcept;
 

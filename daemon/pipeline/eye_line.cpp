@@ -62,6 +62,22 @@ void EyeLine::settle() noexcept {
     if (std::exchange(unjudged_, false)) judge_.observe(raw_.time_ns(0), raw_.direction(0));
 }
 
+void EyeLine::stand_in_for(const EyeLine& other, Instant exposed, const EyeState& eye, Vec3<HeadFrame> head_rad_s) noexcept {
+    validator_ = other.validator_;
+    gate_ = other.gate_;
+    loss_ = other.loss_;
+    raw_ = other.raw_;
+    shown_ = other.shown_;
+    classifier_ = other.classifier_;
+    filter_ = other.filter_;
+    predictor_ = other.predictor_;
+    ahead_ = other.ahead_;
+    unjudged_ = false;
+    motion_ = other.motion_;
+    other.judge_.prefetch();
+    update(exposed, eye, head_rad_s);
+}
+
 Verdict EyeLine::update(Instant exposed, const EyeState& eye, Vec3<HeadFrame> head_rad_s) noexcept {
     settle();
     const Validator::Checked checked = validator_.update(to_ns(exposed), eye);

@@ -25,6 +25,8 @@ public:
     // `head_rad_s`: the head's angular velocity; zero when it rests or is not known.
     Verdict update(Instant exposed, const EyeState& eye, Vec3<HeadFrame> head_rad_s = {}) noexcept;
     void settle() noexcept;   // pipeline.hpp
+    // update() of a copy of `other`, made without the judge's memory, which is large: this line's is as good here.
+    void stand_in_for(const EyeLine& other, Instant exposed, const EyeState& eye, Vec3<HeadFrame> head_rad_s) noexcept;
     void reset() noexcept;
 
     [[nodiscard]] const EyeMotion& motion() const noexcept { return motion_; }

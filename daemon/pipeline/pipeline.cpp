@@ -10,6 +10,7 @@ namespace fovea::pipeline {
 
 struct Pipeline::State {
     std::array<std::optional<EyeLine>, kEyeCount> lines;  // left and right only when asked for
+    std::array<std::optional<EyeLine>, kEyeCount> stand_ins;  // what rehearse() goes through in their place
     MotionModel model;
     PipelineCounters counters;
     std::array<Calibration, kEyeCount> calibrations;  // identity until set
@@ -30,6 +31,7 @@ Result<Pipeline> Pipeline::create(const PipelineSettings& settings) {
     for (std::size_t i = 0; i < (settings.per_eye ? kEyeCount : 1); ++i) {
         auto line = EyeLine::create(settings);
         if (!line) return std::unexpected(line.error());
+        state->stand_ins[i].emplace(*line);
         state->lines[i].emplace(*std::move(line));
     }
     return Pipeline(std::move(state));
@@ -84,6 +86,22 @@ const MotionModel& Pipeline::update(const GazeSample& as_measured) noexcept {
         s.model.exposed_estimated = sample.exposed_estimated;
     }
     return s.model;
+}
+
+void Pipeline::rehearse(const GazeSample& last, Duration gap) noexcept {
+    State& s = *state_;
+    GazeSample sample = last;
+    sample.exposed += gap;
+    for (std::size_t i = 0; i < kEyeCount; ++i) {
+        // A gaze a little further on: the same values again would be no new sample.
+        if (const auto unit = Direction<HeadFrame>::from(sample.eyes[i].gaze_dir_head.vec() + Vec3<HeadFrame>{1e-5, 1e-5, 0}))
+            sample.eyes[i].gaze_dir_head = *unit;
+        if (s.calibrated) calibrate(sample.eyes[i], s.calibrations[i]);
+    }
+    const Vec3<HeadFrame> head_rad_s = s.head.angular_velocity(to_ns(sample.exposed));
+    for (std::size_t i = 0; i < kEyeCount; ++i)
+        if (s.lines[i]) s.stand_ins[i]->stand_in_for(*s.lines[i], sample.exposed, i == 0 ? combined_eye(sample) : sample.eyes[i], head_rad_s);
+    __builtin_prefetch(&s.model, 1);
 }
 
 void Pipeline::settle() noexcept {

@@ -99,6 +99,16 @@ void SelfJudge::choose(Cell& c, Phase phase) noexcept {
     }
 }
 
+void SelfJudge::prefetch() const noexcept {
+    constexpr std::size_t kLine = 64;
+    const Pending& last = ring_[(noted_ + kPending - 1) % kPending];
+    const auto ask = [](const void* at, std::size_t bytes) {
+        for (std::size_t b = 0; b < bytes; b += kLine) __builtin_prefetch(static_cast<const char*>(at) + b, 1);
+    };
+    ask(&cells_[static_cast<std::size_t>(last.phase)], sizeof cells_[0]);
+    ask(&ring_[noted_ % kPending], sizeof(Pending));
+}
+
 void SelfJudge::apply(std::int64_t t_ns, Direction<HeadFrame> filtered, Phase phase, Ahead& ahead) noexcept {
     const auto& cells = cells_[static_cast<std::size_t>(phase)];
     const bool remember = noted_ == 0 || next_[0] == noted_ || t_ns - ring_[(noted_ - 1) % kPending].t_ns >= kSpacing_ns;

@@ -46,6 +46,8 @@ public:
     // After a gap or blink: what was predicted across it will not be judged.
     void forget_pending() noexcept;
     void reset() noexcept;
+    // Asks for what the next apply() will read and write, if the phase is still the same.
+    void prefetch() const noexcept;
 
     struct Belief {
         double share = 0;      // of the displacement

@@ -24,6 +24,7 @@ struct SourceSettings {
     std::string driver = "replay";
     bool wait_for_client = false;       // open the source only when the first client has connected
     std::int64_t realtime_priority = 10;  // of the thread that reads a tracker; 0: none
+    bool rehearse = true;                 // source_loop.hpp
     drivers::DeviceSettings device;     // the driver's own keys
 };
 

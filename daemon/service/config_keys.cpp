@@ -86,6 +86,9 @@ std::vector<ConfigKey> make_keys() {
         integer("source", "realtime_priority", 0, 50,
                 "Real-time priority of the thread that reads a tracker, where the system allows it (LimitRTPRIO=); 0: none",
                 [](Config& c) -> std::int64_t& { return c.source.realtime_priority; }),
+        boolean("source", "rehearse",
+                "Wake shortly before a tracker's next sample is due and go its way once on a copy, so that it meets warm caches",
+                [](Config& c) -> bool& { return c.source.rehearse; }),
     };
     for (const pipeline::SettingRow& row : pipeline::settings_table()) keys.push_back(pipeline_key(row));
     const ConfigKey server[] = {

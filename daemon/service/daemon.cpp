@@ -72,7 +72,9 @@ struct Daemon::State {
                              if (number == loop_number) source_changed();  // not of a loop that was replaced
                          });
                      },
-                     published_before, static_cast<int>(parts.config.source.realtime_priority));
+                     published_before,
+                     SourceCare{.realtime_priority = static_cast<int>(parts.config.source.realtime_priority),
+                                .rehearse = parts.config.source.rehearse});
         return {};
     }
 

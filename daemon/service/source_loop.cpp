@@ -31,10 +31,10 @@ const char* to_string(SourceState state) noexcept {
 
 SourceLoop::SourceLoop(std::unique_ptr<drivers::Device> device, bool may_come_later, pipeline::Pipeline pipeline,
                        Outputs outputs, const TimeSource& time, std::function<void()> state_changed, Published before,
-                       int realtime_priority, AsleepClock asleep)
+                       SourceCare care, AsleepClock asleep)
     : device_{std::move(device)},
       may_come_later_{may_come_later},
-      realtime_priority_{may_come_later ? realtime_priority : 0},
+      care_{may_come_later ? care : SourceCare{.realtime_priority = 0, .rehearse = false}},
       pipeline_{std::move(pipeline)},
       outputs_{outputs},
       time_{time},
@@ -59,10 +59,10 @@ void SourceLoop::begin() {
         pthread_setname_np(pthread_self(), "fovead-source");
         // A wait that ends at a time (a recording's next sample) is otherwise up to 50 us late by the kernel's default.
         prctl(PR_SET_TIMERSLACK, 1);
-        if (realtime_priority_ > 0) {
+        if (care_.realtime_priority > 0) {
             // A report that has come is worth more than what else runs just then; the thread sleeps nearly all the time.
             // Threads that a driver's library starts are not to inherit it.
-            const sched_param p{.sched_priority = realtime_priority_};
+            const sched_param p{.sched_priority = care_.realtime_priority};
             static_cast<void>(::sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &p));
         }
         run();
@@ -165,8 +165,17 @@ void SourceLoop::run() {
 
 SourceLoop::Left SourceLoop::steady() noexcept {
     GazeSample sample;
+    cadence_.reset();
+    rehearsed_ = false;
     while (!stopping_.load(std::memory_order_acquire)) {
-        const drivers::PollStatus polled = device_->poll(sample, time_.now() + kPollAtMost);
+        const Instant now = time_.now();
+        Instant until = now + kPollAtMost;
+        if (care_.rehearse && !rehearsed_)
+            if (const auto due = cadence_.due()) {
+                if (now >= *due - kRehearseBefore) rehearse();
+                else until = std::min(until, *due - kRehearseBefore);
+            }
+        const drivers::PollStatus polled = device_->poll(sample, until);
         if (incoming_.load(std::memory_order_relaxed) != nullptr && retired_.load(std::memory_order_relaxed) == nullptr) {
             // acquire: pairs with set_pipeline(); release: the owner may free what it finds in retired_ (which is empty
             // here, so that nothing that it has yet to free is lost)
@@ -175,17 +184,25 @@ SourceLoop::Left SourceLoop::steady() noexcept {
                 retired_.store(next, std::memory_order_release);
             }
         }
-        show_device_counters();
         // Before anything is published. A recording does not mind: its times are its own.
         if (may_come_later_ && polled != drivers::PollStatus::ended && sleep_watch_.slept()) return Left::slept;
+        if (polled == drivers::PollStatus::sample) publish(sample);
+        show_device_counters();
         switch (polled) {
-            case drivers::PollStatus::sample: publish(sample); break;
+            case drivers::PollStatus::sample:
             case drivers::PollStatus::nothing: break;
             case drivers::PollStatus::lost: return Left::lost;
             case drivers::PollStatus::ended: return Left::ended;
         }
     }
     return Left::stopped;
+}
+
+void SourceLoop::rehearse() noexcept {
+    rehearsed_ = true;
+    device_->rehearse();
+    pipeline_.rehearse(last_, cadence_.gap());
+    outputs_.focus.prefetch();
 }
 
 // The device's counters belong to the thread that polls it; this makes them readable from others.
@@ -218,6 +235,11 @@ void SourceLoop::publish(const GazeSample& polled) noexcept {
     outputs_.focus.publish(model_);
     outputs_.samples.publish_sample(sample, model_);
     pipeline_.settle();
+    if (care_.rehearse) {
+        cadence_.arrived(sample.received);
+        last_ = sample;
+        rehearsed_ = false;
+    }
 
     constexpr auto relaxed = std::memory_order_relaxed;
     const pipeline::PipelineCounters& c = pipeline_.counters();

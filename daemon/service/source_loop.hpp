@@ -24,6 +24,7 @@
 #include <thread>
 
 #include "daemon/pipeline/pipeline.hpp"
+#include "daemon/service/cadence.hpp"
 #include "daemon/service/sleep_watch.hpp"
 #include "drivers/device.hpp"
 #include "protocol/focus_region.hpp"
@@ -50,8 +51,17 @@ struct Published {
     std::uint64_t models = 0, sample_ids = 0;
 };
 
+// For hardware; a file, which may be played as fast as it can, gets none of it.
+struct SourceCare {
+    int realtime_priority = 0;   // 1 to 50; 0: none. Without the right to it the thread stays as it is
+    bool rehearse = true;        // go the next sample's way shortly before it is due: it then meets warm caches
+};
+
 class SourceLoop {
 public:
+    // How long before: time for two context switches, the rehearsal and the bus's jitter, and little of what was warmed
+    // is cold again; 60 to 250 us measured alike (docs/input_latency.md).
+    static constexpr Duration kRehearseBefore = std::chrono::microseconds(150);
     // Pauses between attempts to open a lost device.
     static constexpr Duration kFirstRetry = std::chrono::milliseconds(100);
     static constexpr Duration kLastRetry = std::chrono::seconds(5);
@@ -60,12 +70,10 @@ public:
         FocusPublisher& focus;         // publish() is this loop's alone
         SamplesPublisher& samples;     // publish_sample() likewise
     };
-    // `realtime_priority`: 1 to 50 for hardware; a file, which may be played as fast as it can, gets none. Without the
-    // right to it the thread stays as it is.
     // `state_changed` is called on the loop's thread at each arrow above, never from the steady loop.
     SourceLoop(std::unique_ptr<drivers::Device> device, bool may_come_later, pipeline::Pipeline pipeline,
                Outputs outputs, const TimeSource& time, std::function<void()> state_changed, Published before = {},
-               int realtime_priority = 0, AsleepClock asleep = time_asleep);
+               SourceCare care = {}, AsleepClock asleep = time_asleep);
     ~SourceLoop();   // stops
 
     void begin();                      // waiting -> opening; once
@@ -85,12 +93,13 @@ private:
     void publish(const GazeSample& sample) noexcept;
     void publish_nothing() noexcept;
     void show_device_counters() noexcept;
+    void rehearse() noexcept;
     void enter(SourceState state, Error error = {});
     bool sleep(Duration pause);        // false: stop() was called
 
     std::unique_ptr<drivers::Device> device_;
     const bool may_come_later_;
-    const int realtime_priority_;
+    const SourceCare care_;
     pipeline::Pipeline pipeline_;
     const Outputs outputs_;
     const TimeSource& time_;
@@ -98,6 +107,9 @@ private:
 
     SleepWatch sleep_watch_;
     MotionModel model_;                // the published copy; the loop's own
+    Cadence cadence_;
+    GazeSample last_;                  // the newest sample, for rehearse()
+    bool rehearsed_ = false;           // for the one that is due
     std::uint64_t sequence_ = 0, id_base_ = 0, newest_id_ = 0;
 
     // From the owner to the loop. The loop swaps the new pipeline with its own and hands the old one back, so that

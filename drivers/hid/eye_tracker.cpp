@@ -451,6 +451,15 @@ std::vector<std::uint8_t> EyeTracker::mode_request() const {
     return {};
 }
 
+void EyeTracker::rehearse(std::span<const std::uint8_t> report, GazeSample& scratch) noexcept {
+    const WrappingCounter counter = state_->counter;
+    const Capabilities capabilities = state_->capabilities;   // a report may hold the status
+    bool has_device_time = false;
+    static_cast<void>(decode(report, scratch, has_device_time));
+    state_->counter = counter;
+    state_->capabilities = capabilities;
+}
+
 Decoded EyeTracker::decode(std::span<const std::uint8_t> report, GazeSample& out, bool& has_device_time) noexcept {
     State& s = *state_;
     has_device_time = false;

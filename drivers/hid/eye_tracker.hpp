@@ -84,6 +84,9 @@ public:
     // device_time was given; it counts on over wraps of the device's counter.
     [[nodiscard]] Decoded decode(std::span<const std::uint8_t> report, GazeSample& out, bool& has_device_time) noexcept;
 
+    // decode() of a report that has been decoded already, for the caches' sake: counter and status stay as they are.
+    void rehearse(std::span<const std::uint8_t> report, GazeSample& scratch) noexcept;
+
     [[nodiscard]] const Capabilities& capabilities() const noexcept;
     [[nodiscard]] const ReportDescriptor& descriptor() const noexcept;
     // Longest input report, with its id byte.

@@ -104,6 +104,15 @@ public:
     }
     ~HidDevice() override { close(); }
 
+    void rehearse() noexcept override {
+        if (last_.empty() || !tracker_) return;
+        GazeSample sample;
+        tracker_->rehearse(last_, sample);
+        sample.received = last_report_;
+        ExposureClock clock = clock_;
+        clock.stamp(sample, true);
+    }
+
     DeviceInfo info() const override { return info_; }
     DeviceCounters counters() const noexcept override { return counters_; }
     void wake() noexcept override { stream_.wake(); }
@@ -138,6 +147,7 @@ public:
         tracker_.emplace(std::move(*tracker));
         clock_.reset();
         next_id_ = 1;
+        last_ = {};
         last_report_ = time_.now();
         return {};
     }
@@ -157,6 +167,7 @@ public:
             switch (tracker_->decode(report, out, has_device_time)) {
                 case Decoded::sample:
                     last_report_ = received;
+                    last_ = report;
                     out.id = next_id_++;
                     out.received = received;
                     clock_.stamp(out, has_device_time);
@@ -214,6 +225,7 @@ private:
     ExposureClock clock_;
     std::uint64_t next_id_ = 1;
     Instant last_report_;
+    std::span<const std::uint8_t> last_;   // the newest sample's report, in the stream's buffer
     DeviceCounters counters_;
 };
 

@@ -36,6 +36,7 @@ public:
         clock_.reset();
         next_id_ = 1;
         has_frame_ = false;
+        last_ = {};
         last_packet_ = time_.now();
         ask_at_ = last_packet_;
         return {};
@@ -69,6 +70,15 @@ public:
         }
     }
 
+    void rehearse() noexcept override {
+        if (last_.empty()) return;
+        GazeSample sample;
+        std::uint32_t frame = 0;
+        static_cast<void>(decode_psvr2(last_, sample, frame));
+        sample.received = last_packet_;
+        ExposureClock clock = clock_;
+        clock.stamp(sample, true);
+    }
     void wake() noexcept override { stream_.wake(); }
     void close() noexcept override { stream_.close(); }
 
@@ -100,6 +110,7 @@ private:
             if (step > 1 && step < 1'000'000) counters_.dropped += step - 1;
         }
         has_frame_ = true;
+        last_ = packet;
         last_frame_ = frame;
         out.id = next_id_++;
         ++counters_.samples;
@@ -117,6 +128,7 @@ private:
     bool has_frame_ = false;
     std::uint32_t last_frame_ = 0;
     Instant last_packet_, ask_at_;
+    std::span<const std::uint8_t> last_;   // the newest gaze packet, where the stream or the joiner has it
 };
 
 }  // namespace

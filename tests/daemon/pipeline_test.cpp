@@ -90,6 +90,39 @@ TEST(Pipeline, LearnsTheSameWhetherSettleIsCalledOrNot) {
     EXPECT_GT(changed, 0.0f);
 }
 
+TEST(Pipeline, GivesTheSameBitsWhetherItRehearsesOrNot) {
+    for (const char* filter : filter_names())
+        for (const char* predictor : predictor_names()) {
+            PipelineSettings settings;
+            settings.filter = filter;
+            settings.predictor.name = predictor;
+            settings.per_eye = true;
+            Pipeline a = Pipeline::create(settings).value(), b = Pipeline::create(settings).value();
+            OneSaccade eye;
+            std::size_t allocated = 0;
+            for (int i = 0; i < 400; ++i) {
+                GazeSample s = sample_at(i * 4 * kMs, eye.gaze(i * 4e-3), i < 300 || i > 320);
+                s.eye(Eye::left) = s.eye(Eye::right) = s.eye(Eye::combined);
+                s.head = {true, Rotation<WorldFrame, HeadFrame>{1, 0, 0.001 * (i % 20), 0}};
+                const MotionModel &x = a.update(s), &y = b.update(s);
+                for (std::size_t e = 0; e < kEyeCount; ++e) {
+                    ASSERT_EQ(x.eyes[e].gaze_dir_head, y.eyes[e].gaze_dir_head) << filter << ", " << predictor << ", " << i;
+                    ASSERT_EQ(x.eyes[e].event, y.eyes[e].event);
+                    for (std::size_t h = 0; h < x.eyes[e].horizons.size(); ++h) {
+                        ASSERT_EQ(x.eyes[e].horizons[h].du_rad, y.eyes[e].horizons[h].du_rad);
+                        ASSERT_EQ(x.eyes[e].horizons[h].radius68_rad, y.eyes[e].horizons[h].radius68_rad);
+                    }
+                }
+                const std::size_t before = fovea::test::allocations();
+                for (int again = i % 4; again > 0; --again) a.rehearse(s, again * std::chrono::milliseconds(4));
+                allocated += fovea::test::allocations() - before;
+            }
+            EXPECT_EQ(allocated, 0u);
+            EXPECT_EQ(a.counters().samples, b.counters().samples);
+            EXPECT_EQ(a.counters().blinks, b.counters().blinks);
+        }
+}
+
 TEST(Pipeline, DoesNotDependOnWhenTheRecordingWasMade) {
     Pipeline a = make("one_euro", "damped_velocity"), b = make("one_euro", "damped_velocity");
     OneSaccade ea, eb;

@@ -21,6 +21,7 @@ using test::eventually;
 struct Script {
     bool opens = true;
     int samples = 0;
+    Duration apart{};                         // the samples' arrivals, counted from a minute ago; 0: as they come
     PollStatus after = PollStatus::nothing;   // nothing: waits until wake()
     int sleeps_before = 0;                    // the machine sleeps for an hour before this sample is read; 0: never
 };
@@ -43,6 +44,7 @@ public:
         now_ = scripts_.front();
         scripts_.pop_front();
         given_ = 0;
+        opened_at_ = MonotonicClock::now();
         if (!now_.opens) return fail("not plugged in", "here", "plug it in");
         return {};
     }
@@ -51,7 +53,8 @@ public:
             if (given_ + 1 == now_.sleeps_before) sleep_for(std::chrono::hours(1));
             out = {};
             out.id = static_cast<std::uint64_t>(++given_);
-            out.exposed = out.received = MonotonicClock::now();
+            out.exposed = out.received =
+                now_.apart > Duration{} ? opened_at_ - std::chrono::minutes(1) + given_ * now_.apart : MonotonicClock::now();
             out.eye(Eye::combined).valid = true;
             out.eye(Eye::combined).gaze_dir_head = from_azimuth_elevation<HeadFrame>({1e-3 * given_, 0});
             if (allocations_at == 0) allocations_at = fovea::test::allocations();
@@ -70,14 +73,16 @@ public:
         condition_.notify_all();
     }
     void close() noexcept override { ++closes; }
+    void rehearse() noexcept override { ++rehearsals; }
 
-    std::atomic<int> opens{0}, closes{0};
+    std::atomic<int> opens{0}, closes{0}, rehearsals{0};
     std::size_t allocations_at = 0, allocations_until = 0;   // of the loop's own thread; read after stop()
 
 private:
     std::deque<Script> scripts_;
     Script now_;
     int given_ = 0;
+    Instant opened_at_;
     std::mutex mutex_;
     std::condition_variable condition_;
     bool woken_ = false;
@@ -281,6 +286,54 @@ TEST(SourceLoop, TellsOfEachChangeOfState) {
     Stage s(Scripts{{.samples = 1, .after = PollStatus::ended}});
     s.loop->begin();
     ASSERT_TRUE(eventually([&] { return s.changes.load() == 3; }));   // opening, running, ended
+}
+
+TEST(SourceLoop, RehearsesOncePerSampleOfARegularTracker) {
+    using namespace std::chrono_literals;
+    Stage regular(Scripts{{.samples = 500, .apart = 4ms, .after = PollStatus::ended}});
+    regular.loop->begin();
+    ASSERT_TRUE(regular.reaches(SourceState::ended));
+    EXPECT_EQ(regular.device->rehearsals, 500 - 1 - Cadence::kRegular) << "from when the rhythm is known";
+    EXPECT_EQ(regular.device->allocations_until - regular.device->allocations_at, 0u);
+    Stage fast(Scripts{{.samples = 500, .apart = 1ms, .after = PollStatus::ended}});
+    fast.loop->begin();
+    ASSERT_TRUE(fast.reaches(SourceState::ended));
+    EXPECT_EQ(fast.device->rehearsals, 0) << "nothing cools down between";
+    Stage file(Scripts{{.samples = 500, .apart = 4ms, .after = PollStatus::ended}}, false);
+    file.loop->begin();
+    ASSERT_TRUE(file.reaches(SourceState::ended));
+    EXPECT_EQ(file.device->rehearsals, 0) << "a recording has nobody to hurry for";
+}
+
+TEST(Cadence, ForetellsARegularTrackerDespiteJitter) {
+    using namespace std::chrono_literals;
+    Cadence c;
+    EXPECT_FALSE(c.due());
+    const Instant start = instant_from_ns(1'000'000'000);
+    int i = 0;
+    for (; i < 200; ++i) c.arrived(start + i * 4ms + std::chrono::microseconds(i * 7919 % 300));   // up to 0.3 ms late
+    ASSERT_TRUE(c.due());
+    EXPECT_GT(*c.due(), start + i * 4ms - 200us);
+    EXPECT_LT(*c.due(), start + i * 4ms + 300us);
+    EXPECT_NEAR(to_seconds(c.gap()), 4e-3, 1e-4);
+}
+
+TEST(Cadence, ForetellsNothingWithoutARhythm) {
+    using namespace std::chrono_literals;
+    const Instant start = instant_from_ns(1'000'000'000);
+    Cadence c;
+    for (int i = 0; i < Cadence::kRegular + 1; ++i) {
+        c.arrived(start + i * 4ms);
+        EXPECT_FALSE(c.due()) << i;
+    }
+    c.arrived(start + 9 * 4ms);
+    EXPECT_TRUE(c.due());
+    c.arrived(start + 12 * 4ms);   // two are missing
+    EXPECT_FALSE(c.due());
+    Cadence slow, backwards;
+    for (int i = 0; i < 50; ++i) slow.arrived(start + i * 60ms), backwards.arrived(start - i * 4ms);
+    EXPECT_FALSE(slow.due());
+    EXPECT_FALSE(backwards.due());
 }
 
 TEST(SteadyLoop, OfTheDaemonDoesNotAllocate) {

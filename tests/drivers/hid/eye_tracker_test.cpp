@@ -143,6 +143,20 @@ TEST(EyeTracker, CountsOnOverWrapsOfTheDevicesCounter) {
     }
 }
 
+TEST(EyeTracker, ARehearsedReportLeavesCounterAndStatusAlone) {
+    Opened o = open_shape("packed"), other = open_shape("packed");
+    Truth t = looking_at(0.1, 0.1);
+    const auto old = encode_tracking(o.descriptor, t);
+    for (int i = 1; i <= 40; ++i) {
+        t.time_s = i * 7.0;   // of the 65.5 s after which the counter wraps
+        GazeSample scratch;
+        o.tracker.rehearse(old, scratch);
+        EXPECT_TRUE(scratch.eye(Eye::combined).valid);
+        EXPECT_EQ(decode(o, t).device_time.ns, decode(other, t).device_time.ns) << i;
+        EXPECT_EQ(o.tracker.capabilities().status, other.tracker.capabilities().status);
+    }
+}
+
 TEST(EyeTracker, TellsItsCapabilities) {
     Opened o = open_shape("classic");
     const Capabilities& c = o.tracker.capabilities();
