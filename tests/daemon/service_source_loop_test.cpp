@@ -99,7 +99,7 @@ struct Stage {
         device = owned.get();
         loop = std::make_unique<SourceLoop>(std::move(owned), may_come_later,
                                             pipeline::Pipeline::create({}).value(), SourceLoop::Outputs{focus, samples}, time,
-                                            [this] { changes.fetch_add(1); }, before, 0, asleep);
+                                            [this] { changes.fetch_add(1); }, before, SourceCare{}, asleep);
     }
     [[nodiscard]] bool reaches(SourceState state) const {
         return eventually([&] { return loop->status().state == state; });
