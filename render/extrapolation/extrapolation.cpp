@@ -208,12 +208,12 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
         if (s.report.unexplained_fraction > kCutFraction) return repeat(near, Report::Reason::scene_cut);
         // The field points to the farther source: carried on, it points away from it.
         const Field& f = s.motion.field();
-        projection->run({f.u.data(), f.v.data(), 1, -step * static_cast<float>(cell_px)}, cell_px, reach_px);
+        projection->run({f.u.data(), f.v.data(), 1, -step * static_cast<float>(cell_px)}, cell_px, reach_px, &s.motion.active());
     }
     s.report.filled_fraction = projection->filled_fraction();
     if (!projection->moves()) return repeat(near, Report::Reason::none);
     make_gatherable(near, s.source, s.pool);
-    Gather::Job job{&near, &s.source, &output, &projection->displacement(), cell_px, &s.tiles, hints.gaze, s.tuning.cubic};
+    Gather::Job job{&near, &s.source, &output, &projection->displacement(), projection->touched(), cell_px, &s.tiles, hints.gaze, s.tuning.cubic};
     if (with_depth && projection->far_displacement() != nullptr && sources_agree(src1, src2, *hints.motion, cell_px)) {
         make_gatherable(far, s.far_source, s.pool);
         job.far_source = &s.far_source;

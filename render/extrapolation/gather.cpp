@@ -99,6 +99,7 @@ void Gather::run(const Job& job, const Kernels& kernels, ThreadPool& pool) noexc
                     if (!job.tiles->is_still(c, row)) return false;
                     const Field& f = *job.displacement;
                     const int q = job.cell_px, i1 = std::min(((c + 1) * kTilePx + q - 1) / q, f.width), j1 = std::min((y1 + q - 1) / q, f.height);
+                    if (c * kTilePx / q >= job.touched.x1 || i1 <= job.touched.x0 || y0 / q >= job.touched.y1 || j1 <= job.touched.y0) return true;
                     for (int j = y0 / q; j < j1; ++j)
                         for (int i = c * kTilePx / q; i < i1; ++i) {
                             const std::size_t at = static_cast<std::size_t>(j) * static_cast<std::size_t>(f.width) + static_cast<std::size_t>(i);

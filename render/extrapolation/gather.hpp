@@ -18,6 +18,7 @@ public:
         const Gatherable* source;
         const Image* output;
         const Field* displacement;
+        Box touched;             // of it: the rest is 0
         int cell_px;
         const TileMap* tiles;
         const Gaze* gaze;        // cubic only inside its coarse radius; null: everywhere

@@ -3,19 +3,24 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
+#include <iterator>
 #include <string>
 
 #include "render/extrapolation/gl_shaders.hpp"
+#include "render/extrapolation/motion.hpp"
 
 namespace fovea::render::extrapolation {
 
 namespace {
 
-enum Kernel { kTiles, kLuma, kHalve, kSearch, kRelax, kVerdict, kDisplacement };
-constexpr int kKernels = 7;
-constexpr const char* kSources[kKernels] = {shaders::kTiles, shaders::kLuma, shaders::kHalve, shaders::kSearch, shaders::kRelax, shaders::kVerdict, shaders::kDisplacement};
-// Those whose work is worth a compute shader; the others are one read and one write.
-constexpr bool kComputed[kKernels] = {false, false, false, true, true, false, true};
+enum Kernel { kTiles, kLuma, kHalve, kSearch, kRelax, kSpread, kCheck, kSmooth, kJudge, kVerdict, kCarry, kBackground, kDisplacement };
+// `computed`: worth a compute shader; the others are one read and one write.
+constexpr struct {
+    const char* source;
+    bool computed;
+} kKernels[] = {{shaders::kTiles, false}, {shaders::kLuma, false}, {shaders::kHalve, false}, {shaders::kSearch, true}, {shaders::kRelax, true},
+                {shaders::kSpread, true}, {shaders::kCheck, false}, {shaders::kSmooth, false}, {shaders::kJudge, true}, {shaders::kVerdict, false},
+                {shaders::kCarry, false}, {shaders::kBackground, false}, {shaders::kDisplacement, true}};
 constexpr int kRelaxRounds = 4;
 
 // The image formats that a compute shader may store and that table 8.28 has.
@@ -74,7 +79,7 @@ GLuint link(const GlFunctions& gl, const std::string& body, const char* image_fo
 
 }  // namespace
 
-GlPasses::GlPasses(const GlFunctions& gl, Preset preset, bool compute) noexcept : gl_(gl), preset_(preset), compute_(compute) {}
+GlPasses::GlPasses(const GlFunctions& gl, Preset preset, bool compute) noexcept : gl_(gl), preset_(preset), tuning_(tuning_of(preset)), compute_(compute) {}
 
 Result<std::unique_ptr<GlPasses>> GlPasses::create(const GlFunctions& gl, Preset preset, bool compute) {
     std::unique_ptr<GlPasses> p(new GlPasses(gl, preset, compute));
@@ -84,10 +89,13 @@ Result<std::unique_ptr<GlPasses>> GlPasses::create(const GlFunctions& gl, Preset
 
 Result<void> GlPasses::build() {
     std::string log;
-    for (int k = 0; k < kKernels; ++k) {
-        fragment_[k] = link(gl_, kSources[k], nullptr, log);
-        if (compute_ && kComputed[k]) compute_programs_[k] = link(gl_, kSources[k], "rgba16f", log);
-        if (fragment_[k] == 0 || (compute_ && kComputed[k] && compute_programs_[k] == 0)) return fail("an extrapolation shader does not build: " + log, "GL", "use the processor's backend");
+    static_assert(std::size(kKernels) == kKernelCount);
+    for (int k = 0; k < kKernelCount; ++k) {
+        const char* source = kKernels[k].source;
+        const bool computed = compute_ && kKernels[k].computed;
+        fragment_[k] = link(gl_, source, nullptr, log);
+        if (computed) compute_programs_[k] = link(gl_, source, "rgba16f", log);
+        if (fragment_[k] == 0 || (computed && compute_programs_[k] == 0)) return fail("an extrapolation shader does not build: " + log, "GL", "use the processor's backend");
     }
     fragment_gather_ = link(gl_, shaders::kGather, nullptr, log);
     copy_ = link(gl_, shaders::kCopy, nullptr, log);
@@ -109,7 +117,7 @@ Result<void> GlPasses::build() {
         gl_.SamplerParameteri(s, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
         gl_.SamplerParameteri(s, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
     }
-    cell_px_ = preset_ == Preset::draft || preset_ == Preset::fast ? 4 : 2;
+    cell_px_ = tuning_.cell_px;
     // Every image in between is RGBA16F; can it be drawn to?
     GLint before = 0, bound = 0;
     gl_.GetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &before);
@@ -169,13 +177,15 @@ void GlPasses::release_images() noexcept {
     for (Level& l : levels_) {
         drop(l.luma_near);
         drop(l.luma_far);
-        drop(l.motion[0]);
-        drop(l.motion[1]);
+        for (GLuint& t : l.motion) drop(t);
+        for (GLuint& t : l.back) drop(t);
     }
     levels_.clear();
     drop(tiles_);
+    drop(blocks_);
     drop(verdict_);
-    drop(displacement_);
+    drop(background_);
+    for (GLuint& t : dense_) drop(t);
     width_px_ = height_px_ = 0;
 }
 
@@ -191,6 +201,8 @@ bool GlPasses::prepare(int width_px, int height_px) noexcept {
     if (width_px == width_px_ && height_px == height_px_) return true;
     release_images();
     gl_.ActiveTexture(GL_TEXTURE0);
+    // As on the processor: a small picture has no motion to spare for coarse cells.
+    cell_px_ = std::min(width_px, height_px) < 256 ? 2 : tuning_.cell_px;
     int w = (width_px + cell_px_ - 1) / cell_px_, h = (height_px + cell_px_ - 1) / cell_px_;
     for (;;) {
         Level l;
@@ -200,16 +212,19 @@ bool GlPasses::prepare(int width_px, int height_px) noexcept {
         l.rows = (h + 3) / 4 + 1;
         l.luma_near = make_image(w, h);
         l.luma_far = make_image(w, h);
-        l.motion[0] = make_image(l.columns, l.rows);
-        l.motion[1] = make_image(l.columns, l.rows);
+        for (GLuint& t : l.motion) t = make_image(l.columns, l.rows);
+        if (tuning_.backward_level >= 0)
+            for (GLuint& t : l.back) t = make_image(l.columns, l.rows);
         levels_.push_back(l);
         if (std::max(w, h) <= 32 || (std::min(w, h) + 1) / 2 < 8) break;
         w = (w + 1) / 2;
         h = (h + 1) / 2;
     }
     tiles_ = make_image((width_px + 15) / 16, (height_px + 15) / 16);
+    blocks_ = make_image((levels_[0].width + 7) / 8, (levels_[0].height + 7) / 8);
     verdict_ = make_image(1, 1);
-    displacement_ = make_image(levels_[0].columns, levels_[0].rows);
+    background_ = make_image(2, 1);
+    for (GLuint& t : dense_) t = make_image(levels_[0].width, levels_[0].height);
     if (gl_.GetError() == GL_OUT_OF_MEMORY) {
         release_images();
         return false;
@@ -264,6 +279,33 @@ bool GlPasses::read_floats(GLuint texture, int width_px, int height_px, void* rg
     return gl_.GetError() == GL_NO_ERROR;
 }
 
+void GlPasses::pass(int kernel, GLuint target, int width, int height) noexcept { write(target, 0, width, height, compute_ && kKernels[kernel].computed, GL_RGBA16F); }
+
+// Forward from near to far; back: the other way, to be compared.
+void GlPasses::search_level(std::size_t l, bool back, int rounds) noexcept {
+    Level& level = levels_[l];
+    const bool coarsest = l + 1 == levels_.size();
+    GLuint(&motion)[2] = back ? level.back : level.motion;
+    const Level& above = levels_[coarsest ? l : l + 1];
+    use(kSearch, compute_);
+    bind(0, back ? level.luma_far : level.luma_near, linear_);
+    bind(1, back ? level.luma_near : level.luma_far, linear_);
+    bind(2, (back ? above.back : above.motion)[coarsest ? 1 : 0], nearest_);
+    bind(3, tiles_, nearest_);
+    set("size", level.width, level.height);
+    set("cell", cell_px_ << l);
+    set("rounds", rounds);
+    set("reach", coarsest ? 0.0f : -1.0f);
+    pass(kSearch, motion[0], level.columns, level.rows);
+    use(kRelax, compute_);
+    set("size", level.columns, level.rows);
+    for (int r = 0; r < kRelaxRounds; ++r) {
+        bind(0, motion[r % 2], nearest_);
+        pass(kRelax, motion[1 - r % 2], level.columns, level.rows);
+    }
+    static_assert(kRelaxRounds % 2 == 0, "the result is in [0]");
+}
+
 bool GlPasses::run(GLuint near, GLuint far, GLuint output, int output_level, int width_px, int height_px, Format format, float step) noexcept {
     if (!prepare(width_px, height_px)) return false;
     gl_.BindVertexArray(array_);
@@ -290,43 +332,72 @@ bool GlPasses::run(GLuint near, GLuint far, GLuint output, int output_level, int
             write(of_near ? levels_[l].luma_near : levels_[l].luma_far, 0, levels_[l].width, levels_[l].height, false, 0);
         }
     }
+    const bool checks = tuning_.backward_level >= 0;
     for (std::size_t l = levels_.size(); l-- > 0;) {
-        Level& level = levels_[l];
-        const bool coarsest = l + 1 == levels_.size();
-        use(kSearch, compute_);
-        bind(0, level.luma_near, linear_);
-        bind(1, level.luma_far, linear_);
-        bind(2, levels_[coarsest ? l : l + 1].motion[coarsest ? 1 : 0], nearest_);
-        bind(3, tiles_, nearest_);
-        set("size", level.width, level.height);
-        set("cell", cell_px_ << l);
-        set("rounds", rounds);
-        set("reach", coarsest ? 0.0f : -1.0f);
-        write(level.motion[0], 0, level.columns, level.rows, compute_, GL_RGBA16F);
-        use(kRelax, compute_);
-        set("size", level.columns, level.rows);
-        for (int r = 0; r < kRelaxRounds; ++r) {
-            bind(0, level.motion[r % 2], nearest_);
-            write(level.motion[1 - r % 2], 0, level.columns, level.rows, compute_, GL_RGBA16F);
-        }
+        search_level(l, false, rounds);
+        if (checks) search_level(l, true, (rounds + 1) / 2);
     }
-    static_assert(kRelaxRounds % 2 == 0, "the result is in motion[0]");
-    // A level of about 64 pixels judges: enough patches, and few enough for one thread.
-    std::size_t judge = levels_.size() - 1;
-    while (judge > 0 && std::max(levels_[judge].width, levels_[judge].height) < 64) --judge;
-    use(kVerdict, false);
-    bind(0, levels_[judge].motion[0], nearest_);
-    bind(1, levels_[judge].luma_near, linear_);
-    set("size", levels_[judge].columns, levels_[judge].rows);
-    write(verdict_, 0, 1, 1, false, 0);
-
-    use(kDisplacement, compute_);
-    bind(0, levels_[0].motion[0], linear_);
-    set("size", levels_[0].columns, levels_[0].rows);
+    const Level& finest = levels_[0];
+    const int w = finest.width, h = finest.height;
+    for (const bool back : {false, true}) {
+        if (back && !checks) break;
+        use(kSpread, compute_);
+        bind(0, back ? finest.luma_far : finest.luma_near, nearest_);
+        bind(1, back ? finest.luma_near : finest.luma_far, linear_);
+        bind(2, (back ? finest.back : finest.motion)[0], nearest_);
+        set("size", finest.columns, finest.rows);
+        pass(kSpread, dense_[back ? 1 : 0], w, h);
+    }
+    int motion = 0;
+    if (checks) {
+        use(kCheck, false);
+        bind(0, dense_[0], nearest_);
+        bind(1, dense_[1], nearest_);
+        set("size", w, h);
+        pass(kCheck, dense_[2], w, h);
+        motion = 2;
+    }
+    use(kSmooth, false);
+    bind(1, finest.luma_near, nearest_);
+    set("size", w, h);
+    for (int i = 0; i < tuning_.smoothing_passes; ++i) {
+        bind(0, dense_[motion], nearest_);
+        set("rounds", 1 << (tuning_.smoothing_passes - 1 - i));
+        motion = (motion + 1) % 3;
+        pass(kSmooth, dense_[motion], w, h);
+    }
+    const std::size_t judged = cell_px_ < 4 && levels_.size() > 1 ? 1 : 0;
+    const int blocks_wide = (levels_[judged].width + 7) / 8, blocks_high = (levels_[judged].height + 7) / 8;
+    use(kJudge, compute_);
+    bind(0, dense_[motion], nearest_);
+    bind(1, levels_[judged].luma_near, linear_);
+    bind(2, levels_[judged].luma_far, linear_);
+    bind(3, tiles_, nearest_);
+    set("rounds", static_cast<int>(judged));
     set("cell", cell_px_);
+    pass(kJudge, blocks_, blocks_wide, blocks_high);
+    use(kVerdict, false);
+    bind(0, blocks_, nearest_);
+    set("size", blocks_wide, blocks_high);
+    set("reach", kCutFraction);
+    write(verdict_, 0, 1, 1, false, 0);
+    const int carried = (motion + 1) % 3, displacement = (motion + 2) % 3;
+    use(kCarry, false);
+    bind(0, dense_[motion], nearest_);
+    bind(1, blocks_, nearest_);
+    set("rounds", static_cast<int>(judged));
     set("step_px", step * static_cast<float>(cell_px_));
     set("reach", std::max(1.0f, kMaxReach * static_cast<float>(std::max(width_px, height_px))));
-    write(displacement_, 0, levels_[0].columns, levels_[0].rows, compute_, GL_RGBA16F);
+    pass(kCarry, dense_[carried], w, h);
+    use(kBackground, false);
+    bind(0, dense_[carried], nearest_);
+    set("size", w, h);
+    pass(kBackground, background_, 2, 1);
+    use(kDisplacement, compute_);
+    bind(1, background_, nearest_);
+    set("size", w, h);
+    set("cell", cell_px_);
+    pass(kDisplacement, dense_[displacement], w, h);
 
     current_ = fragment_gather_;
     GLenum image_format = 0;
@@ -337,12 +408,12 @@ bool GlPasses::run(GLuint near, GLuint far, GLuint output, int output_level, int
         }
     gl_.UseProgram(current_);
     bind(0, near, nearest_);
-    bind(1, displacement_, linear_);
+    bind(1, dense_[displacement], nearest_);
     bind(2, verdict_, nearest_);
     bind(3, tiles_, nearest_);
     set("size", width_px, height_px);
     set("cell", cell_px_);
-    set("rounds", is_float(format) ? 1 : 0);
+    set("rounds", (is_float(format) ? 1 : 0) + (tuning_.cubic ? 2 : 0));
     write(output, output_level, width_px, height_px, image_format != 0, image_format);
     gl_.BindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer_);
     gl_.FramebufferTexture2D(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, 0, 0);

@@ -23,7 +23,12 @@ struct PatchMotion {
 };
 
 // What to do with a patch.
-enum PatchTask : std::uint8_t { kPatchStill = 0, kPatchKeep = 1, kPatchSearch = 2 };
+enum PatchTask : std::uint8_t {
+    kPatchStill = 0,    // it stands still
+    kPatchKeep = 1,     // it says nothing: as the coarser level found, and as its neighbours
+    kPatchSearch = 2,
+    kPatchCoarse = 3,   // not worth a search: as the coarser level found
+};
 
 // Patch (i, j) covers the pixels 4i-4 to 4i+3, 4j-4 to 4j+3 of `from`: every pixel lies in four patches.
 struct SearchJob {
@@ -51,6 +56,8 @@ struct SpreadJob {
     float *u, *v;                // width x height
     float* scratch;              // spread_scratch() floats for each run of `bands_per_scratch` bands
     int bands_per_scratch;       // a call's bands lie in one such run
+    int first_band = 0;          // of all calls
+    int column0 = 0, column1 = 1 << 30;   // strides of columns to fill; the others are left alone
 };
 // The caller's memory, not the stack's: the GLES layer runs in threads of programs that may have little of it.
 [[nodiscard]] constexpr int spread_pitch(int columns) noexcept { return columns * kStridePx + 16; }

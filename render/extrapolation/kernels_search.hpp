@@ -212,7 +212,7 @@ static void balance(const BalanceJob& job) {
                     const int row = row0 + k, column = step - k;
                     if (row >= s.rows || column < 0 || column >= s.columns) continue;
                     const int j = back ? s.rows - 1 - row : row, i = back ? s.columns - 1 - column : column, at = j * s.columns + i;
-                    if (s.tasks[at] == kPatchStill) continue;
+                    if (s.tasks[at] == kPatchStill || s.tasks[at] == kPatchCoarse) continue;
                     settle(at, at - (i > 0 ? 1 : 0), at + (i + 1 < s.columns ? 1 : 0), at - (j > 0 ? s.columns : 0), at + (j + 1 < s.rows ? s.columns : 0));
                 }
     }
@@ -221,17 +221,21 @@ static void balance(const BalanceJob& job) {
 static void spread(const SpreadJob& job, int band0, int band1) {
     const SearchJob& s = *job.search;
     const int pitch = spread_pitch(s.columns);
-    float* const scratch = job.scratch + static_cast<std::ptrdiff_t>(band0 / job.bands_per_scratch) * spread_scratch(s.columns);
+    float* const scratch = job.scratch + static_cast<std::ptrdiff_t>((band0 - job.first_band) / job.bands_per_scratch) * spread_scratch(s.columns);
     // [u, v, weight][row of the band][column, shifted by one stride]
     const auto sums = [&](int plane, int row) __attribute__((always_inline)) { return scratch + (plane * kStridePx + row) * pitch; };
     V8 one;
     splat(one, 1.0f);
     for (int band = band0; band < band1; ++band) {
-        __builtin_memset(scratch, 0, sizeof(float) * static_cast<std::size_t>(spread_scratch(s.columns)));
+        for (int row = 0; row < 3 * kStridePx; ++row) {
+            const int columns = (job.column1 < s.columns ? job.column1 : s.columns) + 2 - job.column0, left = pitch - job.column0 * kStridePx;
+            __builtin_memset(scratch + row * pitch + job.column0 * kStridePx, 0, sizeof(float) * static_cast<std::size_t>(columns * kStridePx < left ? columns * kStridePx : left));
+        }
         for (int half = 0; half < 2; ++half) {
             const int j = band + half, first = half == 0 ? kStridePx : 0;   // rows of the patch that lie in the band
             if (j >= s.rows) continue;
-            for (int i = 0; i < s.columns; ++i) {
+            const int i1 = s.columns < job.column1 + 1 ? s.columns : job.column1 + 1;
+            for (int i = job.column0; i < i1; ++i) {
                 const PatchMotion& m = s.patches[j * s.columns + i];
                 const bool searched = s.tasks[j * s.columns + i] == kPatchSearch;
                 const int x = kStridePx * i - kStridePx, y = kStridePx * j - kStridePx;
@@ -274,7 +278,8 @@ static void spread(const SpreadJob& job, int band0, int band1) {
         for (int r = 0; r < kStridePx && band * kStridePx + r < s.height; ++r) {
             const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(band * kStridePx + r) * s.width;
             const float *su = sums(0, r) + kStridePx, *sv = sums(1, r) + kStridePx, *sw = sums(2, r) + kStridePx;
-            for (int x = 0; x < s.width; ++x) {
+            const int x1 = s.width < job.column1 * kStridePx ? s.width : job.column1 * kStridePx;
+            for (int x = job.column0 * kStridePx; x < x1; ++x) {
                 job.u[row + x] = su[x] / sw[x];
                 job.v[row + x] = sv[x] / sw[x];
             }

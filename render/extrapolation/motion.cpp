@@ -69,22 +69,31 @@ void MotionSearch::levels_below(std::vector<Plane>& planes, const Kernels& kerne
 // The even inside of a moving thing is still, bit for bit, and yet moves: it must not hold its surroundings back.
 void MotionSearch::find_anchors(const TileMap& tiles) noexcept {
     constexpr float kEven = 0.02f;   // of 255; whatever is moved within such a tile, its bits come out the same
+    int x0 = tiles.columns, y0 = tiles.rows, x1 = 0, y1 = 0;
     for (int row = 0; row < tiles.rows; ++row)
         for (int column = 0; column < tiles.columns; ++column) {
             std::uint8_t anchor = 0;
             if (tiles.is_still(column, row)) {
-                const int x0 = column * kTilePx / cell_px_, y0 = row * kTilePx / cell_px_;
-                const int x1 = std::min(x0 + kTilePx / cell_px_, near_[0].width()), y1 = std::min(y0 + kTilePx / cell_px_, near_[0].height());
-                float low = near_[0].row(y0)[x0], high = low;
-                for (int y = y0; y < y1; ++y)
-                    for (int x = x0; x < x1; ++x) {
+                const int left = column * kTilePx / cell_px_, top = row * kTilePx / cell_px_;
+                const int right = std::min(left + kTilePx / cell_px_, near_[0].width()), bottom = std::min(top + kTilePx / cell_px_, near_[0].height());
+                float low = near_[0].row(top)[left], high = low;
+                for (int y = top; y < bottom; ++y)
+                    for (int x = left; x < right; ++x) {
                         low = std::min(low, near_[0].row(y)[x]);
                         high = std::max(high, near_[0].row(y)[x]);
                     }
                 anchor = high - low > kEven;
             }
             anchors_[at(column, row, tiles.columns)] = anchor;
+            if (anchor != 0) continue;
+            x0 = std::min(x0, column);
+            x1 = std::max(x1, column + 1);
+            y0 = std::min(y0, row);
+            y1 = std::max(y1, row + 1);
         }
+    const int cells = kTilePx / cell_px_;
+    const Field& finest = forward_[0];
+    active_ = Box{x0 * cells, y0 * cells, std::min(x1 * cells, finest.width), std::min(y1 * cells, finest.height)};
 }
 
 // Still patches are known, patches far from the gaze keep what the coarser levels found.
@@ -112,7 +121,7 @@ void MotionSearch::choose_tasks(const MotionSettings& settings, const TileMap& t
                 const float dx = static_cast<float>(x0 + kStridePx * scale) - g.x_px, dy = static_cast<float>(y0 + kStridePx * scale) - g.y_px;
                 const float out = (std::sqrt(dx * dx + dy * dy) - g.full_radius_px) / std::max(g.coarse_radius_px - g.full_radius_px, 1.0f);
                 // Level 0 ends half-way from the full radius to the coarse one, level 1 at the coarse one. A NaN gaze is full effort.
-                if (out > (level == 0 ? 0.5f : 1.0f)) task = kPatchKeep;
+                if (out > (level == 0 ? 0.5f : 1.0f)) task = kPatchCoarse;
             }
             tasks_[at(i, j, columns)] = task;
         }
@@ -143,9 +152,15 @@ void MotionSearch::search_level(int level, bool backward, const Tuning& tuning, 
                         iterations, tuning.passes, reach};
     pool.run(rows, kChunkRows, [&](int row0, int row1) { kernels.search(job, row0, row1); });
     kernels.balance({&job, rounds, tuning.stiffness});
-    const int bands = (from.height() + kStridePx - 1) / kStridePx, bands_per_thread = (bands + threads_ - 1) / threads_;
-    const SpreadJob spread{&job, fields[l].u.data(), fields[l].v.data(), spread_scratch_.data(), bands_per_thread};
-    pool.run(bands, bands_per_thread, [&](int band0, int band1) { kernels.spread(spread, band0, band1); });
+    // Around what may move, and for a coarser level everywhere: it is small.
+    const Box box = level == 0 ? active_ : Box{0, 0, from.width(), from.height()};
+    if (box.x1 - box.x0 < from.width() || box.y1 - box.y0 < from.height()) {
+        std::fill(fields[l].u.begin(), fields[l].u.end(), 0.0f);
+        std::fill(fields[l].v.begin(), fields[l].v.end(), 0.0f);
+    }
+    const int first_band = box.y0 / kStridePx, bands = (box.y1 + kStridePx - 1) / kStridePx - first_band, bands_per_thread = (bands + threads_ - 1) / threads_;
+    const SpreadJob spread{&job, fields[l].u.data(), fields[l].v.data(), spread_scratch_.data(), bands_per_thread, first_band, box.x0 / kStridePx, (box.x1 + kStridePx - 1) / kStridePx};
+    pool.run(bands, bands_per_thread, [&](int band0, int band1) { kernels.spread(spread, first_band + band0, first_band + band1); });
 }
 
 // A cell whose partner does not come back was hidden in the other source: its motion is a guess.
@@ -153,8 +168,11 @@ void MotionSearch::check_backward(int level) noexcept {
     const auto l = static_cast<std::size_t>(level);
     const Field &f = forward_[l], &b = backward_[l], &finest = forward_[0];
     const float away = 0.75f, away_per_motion = 0.05f;   // pixels of the level
-    for (int y = 0; y < f.height; ++y)
-        for (int x = 0; x < f.width; ++x) {
+    // What stands still is sure of it.
+    const Box box{active_.x0 >> level, active_.y0 >> level, std::min((active_.x1 >> level) + 1, f.width), std::min((active_.y1 >> level) + 1, f.height)};
+    std::fill(trust_.begin(), trust_.end(), 1.0f);
+    for (int y = box.y0; y < box.y1; ++y)
+        for (int x = box.x0; x < box.x1; ++x) {
             const float u = f.u[at(x, y, f.width)], v = f.v[at(x, y, f.width)];
             // Clamped first: then plain truncation rounds.
             const auto px = static_cast<int>(std::clamp(static_cast<float>(x) + u + 0.5f, 0.5f, static_cast<float>(f.width) - 0.5f));
@@ -255,6 +273,7 @@ void MotionSearch::run(const MotionSettings& settings, const TileMap& tiles, con
     const Tuning& tuning = settings.tuning;
     levels_below(near_, kernels, pool);
     levels_below(far_, kernels, pool);
+    active_ = {0, 0, forward_[0].width, forward_[0].height};
     if (tiles.still_count > 0) find_anchors(tiles);
     const int backward_level = tuning.backward_level < 0 ? levels() : std::min(tuning.backward_level, levels() - 1);
     for (int l = levels() - 1; l >= 0; --l) {
@@ -267,8 +286,8 @@ void MotionSearch::run(const MotionSettings& settings, const TileMap& tiles, con
     validate(tiles);
     if (tiles.still_count > 0) {
         Field& f = forward_[0];
-        for (int y = 0; y < f.height; ++y)
-            for (int x = 0; x < f.width; ++x)
+        for (int y = active_.y0; y < active_.y1; ++y)
+            for (int x = active_.x0; x < active_.x1; ++x)
                 if (anchors_[at(x * cell_px_ / kTilePx, y * cell_px_ / kTilePx, tiles.columns)] != 0) f.u[at(x, y, f.width)] = f.v[at(x, y, f.width)] = 0;
     }
 }

@@ -30,6 +30,8 @@ public:
     void run(const MotionSettings& settings, const TileMap& tiles, const Kernels& kernels, ThreadPool& pool) noexcept;
 
     [[nodiscard]] const Field& field() const noexcept { return forward_[0]; }
+    // Everything outside of it stands still.
+    [[nodiscard]] const Box& active() const noexcept { return active_; }
     // Of the textured blocks, how many nothing explains; above kCutFraction the two sources do not belong together.
     [[nodiscard]] float unexplained_fraction() const noexcept { return unexplained_; }
 
@@ -52,6 +54,7 @@ private:
     int threads_ = 1;
     Field smoothed_;
     float unexplained_ = 0;
+    Box active_;   // cells of the finest level, whole tiles
 };
 
 inline constexpr float kCutFraction = 0.6f;

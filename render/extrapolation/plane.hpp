@@ -43,6 +43,14 @@ private:
     std::vector<float> storage_;
 };
 
+// A part of a field, in cells: columns x0 to x1 - 1, rows y0 to y1 - 1.
+struct Box {
+    int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+    [[nodiscard]] Box grown(int by, int width, int height) const noexcept {
+        return {std::max(x0 - by, 0), std::max(y0 - by, 0), std::min(x1 + by, width), std::min(y1 + by, height)};
+    }
+};
+
 // A motion per cell of the picture.
 struct Field {
     int width = 0, height = 0;

@@ -73,21 +73,36 @@ Projection::Background Projection::fit_background(const Motion& motion, float re
     return best;
 }
 
-void Projection::run(const Motion& motion, int cell_px, float reach_px) noexcept {
+void Projection::run(const Motion& motion, int cell_px, float reach_px, const Box* active) noexcept {
     const int w = out_.width, h = out_.height;
     const float per_cell = 1.0f / static_cast<float>(cell_px);
-    std::fill(front_.begin(), front_.end(), kNothing);
+    const auto within = [&](float v) { return std::fabs(v * motion.scale) <= reach_px ? std::fabs(v * motion.scale) : 0.0f; };
+    touched_ = {0, 0, w, h};
+    if (active != nullptr && (active->x1 - active->x0 < w || active->y1 - active->y0 < h)) {
+        float most = 0;   // what may move lands no further off than this
+        for (int y = active->y0; y < active->y1; ++y)
+            for (int x = active->x0; x < active->x1; ++x) {
+                const std::size_t from = (static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)) * motion.pitch;
+                most = std::max(most, std::max(within(motion.u[from]), within(motion.v[from])));
+            }
+        touched_ = active->grown(static_cast<int>(most * per_cell) + 2, w, h);
+        std::fill(out_.u.begin(), out_.u.end(), 0.0f);
+        std::fill(out_.v.begin(), out_.v.end(), 0.0f);
+    }
+    const Box& box = touched_;
+    for (int y = box.y0; y < box.y1; ++y)
+        std::fill_n(front_.begin() + static_cast<std::ptrdiff_t>(y) * w + box.x0, box.x1 - box.x0, kNothing);
     const Background b = fit_background(motion, reach_px);
     bool moves = false;
-    for (int y = 0; y < h; ++y) {
+    for (int y = box.y0; y < box.y1; ++y) {
         const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(w);
-        for (int x = 0; x < w; ++x) {
+        for (int x = box.x0; x < box.x1; ++x) {
             const std::size_t from = (row + static_cast<std::size_t>(x)) * motion.pitch;
             float a = motion.u[from] * motion.scale, c = motion.v[from] * motion.scale;
             if (!(std::fabs(a) <= reach_px && std::fabs(c) <= reach_px)) a = c = 0;
             moves |= a != 0 || c != 0;
             const int tx = x + round_int(a * per_cell), ty = y + round_int(c * per_cell);
-            if (tx < 0 || tx >= w || ty < 0 || ty >= h) continue;
+            if (tx < box.x0 || tx >= box.x1 || ty < box.y0 || ty >= box.y1) continue;
             const float du = a - (b.u[0] + b.u[1] * static_cast<float>(x) + b.u[2] * static_cast<float>(y));
             const float dv = c - (b.v[0] + b.v[1] * static_cast<float>(x) + b.v[2] * static_cast<float>(y));
             const float front = du * du + dv * dv;
@@ -107,6 +122,7 @@ void Projection::run(const Motion& motion, int cell_px, float reach_px) noexcept
 
 void Projection::run_known(const KnownMotion& known, float step, int cell_px, float reach_px, const Kernels& kernels) noexcept {
     std::fill(front_.begin(), front_.end(), kNothing);
+    touched_ = {0, 0, out_.width, out_.height};
     has_far_ = known.motion_px != nullptr;
     if (has_far_) std::fill(sources_.begin(), sources_.end(), static_cast<std::uint8_t>(kBoth));
     moves_ = kernels.carry({known.motion_px, known.ahead_px, known.depth, step, out_.width, out_.height, cell_px, reach_px, carry_.data(), front_.data(), out_.u.data(), out_.v.data(),
@@ -177,8 +193,9 @@ void Projection::fill_holes(int cell_px, const Carry* carry) noexcept {
     const int w = out_.width, h = out_.height;
     const auto at = [w](int x, int y) { return static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x); };
     long holes = 0;
-    for (int y = 0; y < h; ++y)
-        for (int x = 0; x < w; ++x) {
+    const Box& box = touched_;
+    for (int y = box.y0; y < box.y1; ++y)
+        for (int x = box.x0; x < box.x1; ++x) {
             if (front_[at(x, y)] != kNothing) continue;
             ++holes;
             float& u = out_.u[at(x, y)];
@@ -195,7 +212,7 @@ void Projection::fill_holes(int cell_px, const Carry* carry) noexcept {
                 if (way == 2 && nearest != 0) reach = std::min(kSearch, 2 * nearest + 6);
                 for (int d = 1; d <= reach; ++d) {
                     const int px = x + kWays[way][0] * d, py = y + kWays[way][1] * d;
-                    if (px < 0 || px >= w || py < 0 || py >= h) break;
+                    if (px < box.x0 || px >= box.x1 || py < box.y0 || py >= box.y1) break;
                     if (front_[at(px, py)] == kNothing) continue;
                     found[way] = at(px, py);
                     distance[way] = d;

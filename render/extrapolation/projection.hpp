@@ -25,7 +25,10 @@ public:
         std::size_t pitch;
         float scale;
     };
-    void run(const Motion& motion, int cell_px, float reach_px) noexcept;
+    // `active`: everything outside of it stands still; null: nothing is known of that.
+    void run(const Motion& motion, int cell_px, float reach_px, const Box* active = nullptr) noexcept;
+    // Everything outside of it is where it was.
+    [[nodiscard]] const Box& touched() const noexcept { return touched_; }
 
     // Known motion with depth: sized apart, since it needs more room.
     void resize_known(int width, int height);
@@ -57,6 +60,7 @@ private:
     void fill_from_far(const Hole& hole, const float* depth, int cell_px) noexcept;
 
     Field out_, far_;
+    Box touched_;
     std::vector<std::uint8_t> sources_;
     std::vector<float> carry_;   // scratch of run_known
     bool has_far_ = false;
