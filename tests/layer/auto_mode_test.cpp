@@ -144,6 +144,40 @@ TEST(AutoMode, FollowsFoveadsGaze) {
     (void)shell("rm -r " + folder);
 }
 
+// A recorded session through the real fovead: the eye rests at 8 degrees to the right and 4 below, and so does the fovea.
+TEST(AutoMode, TheFoveaLiesWhereTheEyeOfASessionLooks) {
+    const std::string folder = temporary("session"), page = folder + "/page.html", errors = folder + "/errors";
+    ASSERT_EQ(mkdir(folder.c_str(), 0700), 0);
+    {
+        std::ofstream csv(folder + "/gaze.csv");
+        csv << "# fovea-gaze-csv 1\n# rate_hz: 250\nt_ns,combined_az_deg,combined_el_deg,combined_valid\n";
+        for (int i = 0; i < 250 * 60; ++i) csv << i * std::int64_t{4'000'000} << ",8,-4,1\n";
+    }
+    ASSERT_EQ(shell(kBin + "/fovea convert " + folder + "/gaze.csv " + folder + "/gaze.fovea", errors).exit_code, 0) << file_text(errors);
+    const std::string fovead = kBin + "/fovead --set source.driver=replay --set source.path=" + folder + "/gaze.fovea --set source.wait_for_client=true --run-dir " + folder +
+                               " --ready-file " + folder + "/ready";
+    std::string frames;
+    for (int i = 0; i < 60; ++i) frames += " small";
+    const std::string trace = "FOVEA_SOCKET=" + folder + "/focus.sock " + kBin + "/fovea layer trace --library " FOVEA_LAYER_LIBRARY " --auto --fov 40 --frames 60 -o " + page +
+                              " -- " + kProgram + frames;
+    (void)shell("sh -c 'mkfifo " + folder + "/ready; " + fovead + " >/dev/null & read line < " + folder + "/ready; " + trace + "; kill $!'", errors);
+    const std::string html = file_text(page), label = "Points (x, y, gain x, gain y, area): <code>";
+    int live = 0;
+    nlohmann::json last;
+    for (std::size_t at = html.find(label); at != std::string::npos; at = html.find(label, at + 1)) {
+        const std::size_t end = html.find("</code>", at);
+        if (html.compare(end, 25, "</code>, from a live fove") != 0) continue;
+        ++live;
+        last = nlohmann::json::parse(html.substr(at + label.size(), end - at - label.size()), nullptr, false);
+    }
+    ASSERT_GT(live, 0) << file_text(errors);
+    ASSERT_TRUE(last.is_array()) << last;
+    // The surface is twice as wide as high and 40 degrees wide: x = tan 8 / tan 20, y = -2 tan 4 / (cos 8 tan 20).
+    EXPECT_NEAR(last[0][0].get<double>(), 0.386, 0.02);
+    EXPECT_NEAR(last[0][1].get<double>(), -0.388, 0.03);
+    (void)shell("rm -r " + folder);
+}
+
 TEST(AutoMode, RulesOfTheProgramAreFoundByItsName) {
     const std::string folder = temporary("rules");
     ASSERT_EQ(mkdir(folder.c_str(), 0700), 0);

@@ -45,6 +45,39 @@ static void draw(GLuint program, int width, int height) {
     glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
+/* The footprint once more, with a statement in its fragment shader. */
+static GLuint footprint_with(const char *version, const char *declaration, const char *statement) {
+    char fragment[1024];
+    snprintf(fragment, sizeof fragment,
+             "%s\nprecision highp float; in vec2 at; uniform vec2 size; %s\nout vec4 color;\n"
+             "void main() { color = vec4(dFdx(at.x) * size.x / 8.0, dFdy(at.y) * size.y / 8.0, 0.0, 1.0); %s }",
+             version, declaration, statement);
+    {
+        char vertex[512];
+        snprintf(vertex, sizeof vertex,
+                 "%s\nout highp vec2 at;\n"
+                 "void main() { vec2 p = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1)) * 4.0 - 1.0;\n"
+                 "  at = p * 0.5 + 0.5; gl_Position = vec4(p, 0.5, 1.0); gl_PointSize = 3.0; }", version);
+        return make_program(vertex, fragment);
+    }
+}
+
+/* The same program from its binary: nobody sees a source. 0: the driver has no binaries. */
+static GLuint from_binary(GLuint program) {
+    static char binary[1 << 20];
+    GLint formats = 0, linked = 0;
+    GLsizei length = 0;
+    GLenum format = 0;
+    const GLuint made = glCreateProgram();
+    glGetIntegerv(GL_NUM_PROGRAM_BINARY_FORMATS, &formats);
+    if (formats < 1) return 0;
+    glGetProgramBinary(program, sizeof binary, &length, &format, binary);
+    glProgramBinary(made, format, binary, length);
+    glGetProgramiv(made, GL_LINK_STATUS, &linked);
+    while (glGetError() != GL_NO_ERROR) {}
+    return linked ? made : 0;
+}
+
 static void clear(void) {
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
 }
@@ -123,6 +156,66 @@ int main(int argc, char **argv) {
             check_gl(name);
             eglSwapBuffers(program_display, surface);
             continue;
+        } else if (!strcmp(name, "texel_fetch")) {
+            clear();
+            glBindTexture(GL_TEXTURE_2D, texture);
+            draw(footprint_with("#version 310 es", "uniform sampler2D t;", "color.b = texelFetch(t, ivec2(1, 1), 0).b;"), W, H);
+        } else if (!strcmp(name, "no_source")) {
+            const GLuint program = from_binary(footprint);
+            if (!program) puts("no binaries");
+            clear();
+            draw(program ? program : coord, W, H);
+        } else if (!strcmp(name, "points") || !strcmp(name, "lines")) { /* one of them, then the scene */
+            clear();
+            glUseProgram(footprint_with("#version 310 es", "", ""));
+            glDrawArrays(!strcmp(name, "points") ? GL_POINTS : GL_LINES, 0, 2);
+            draw(footprint, W, H);
+        } else if (!strcmp(name, "textured_2d")) { /* a picture, without depth */
+            clear();
+            glBindTexture(GL_TEXTURE_2D, make_texture(16, 16));
+            glDisable(GL_DEPTH_TEST);
+            draw(depthless, W, H);
+            glEnable(GL_DEPTH_TEST);
+        } else if (!strcmp(name, "keeps_depth")) { /* clears the colours alone, and tests depth */
+            glClear(GL_COLOR_BUFFER_BIT);
+            draw(footprint, W, H);
+        } else if (!strcmp(name, "side_effects")) {
+            GLuint counter;
+            const GLuint zero = 0;
+            glGenBuffers(1, &counter);
+            glBindBufferBase(GL_ATOMIC_COUNTER_BUFFER, 0, counter);
+            glBufferData(GL_ATOMIC_COUNTER_BUFFER, sizeof zero, &zero, GL_DYNAMIC_DRAW);
+            clear();
+            draw(footprint_with("#version 310 es", "layout(binding = 0) uniform atomic_uint n;", "atomicCounterIncrement(n);"), W, H);
+        } else if (!strcmp(name, "clears_only")) {
+            clear();
+            eglSwapBuffers(program_display, surface);
+            continue;
+        } else if (!strcmp(name, "cannot_match")) { /* draws to no buffer, then to it */
+            const GLenum none = GL_NONE, back = GL_BACK;
+            glDrawBuffers(1, &none);
+            clear();
+            glDrawBuffers(1, &back);
+            clear();
+            draw(coord, W, H);
+        } else if (!strcmp(name, "offscreen")) { /* a scene of the window's size goes through a texture */
+            const GLuint scene = make_texture(W, H), through = make_framebuffer(scene, W, H);
+            GLuint copy = make_program(
+                "#version 300 es\nout highp vec2 at;\n"
+                "void main() { vec2 p = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1)) * 4.0 - 1.0;\n"
+                "  at = p * 0.5 + 0.5; gl_Position = vec4(p, 0.5, 1.0); }",
+                "#version 300 es\nprecision highp float; in vec2 at; uniform sampler2D picture; out vec4 color;\n"
+                "void main() { color = texture(picture, at); }");
+            glBindFramebuffer(GL_FRAMEBUFFER, through);
+            clear();
+            draw(footprint, W, H);
+            glBindFramebuffer(GL_FRAMEBUFFER, 0);
+            glBindTexture(GL_TEXTURE_2D, scene);
+            glDisable(GL_DEPTH_TEST);
+            clear();
+            glUseProgram(copy);
+            glDrawArrays(GL_TRIANGLES, 0, 3);
+            glEnable(GL_DEPTH_TEST);
         } else if (!strcmp(name, "visit")) { /* clears, draws elsewhere, comes back */
             glClearColor(0.5f, 0, 0, 1);
             clear();
