@@ -276,8 +276,8 @@ private:
                 for (float& x : v) x = real(-1.3f, 1.3f);
                 glBindBuffer(GL_ARRAY_BUFFER, buffers_[i]);
                 glBufferData(GL_ARRAY_BUFFER, sizeof v, v, GL_STATIC_DRAW);
-                // Arrays of other vertex array objects may still hold the deleted buffer: legal, but drivers differ.
-                for (const GLuint a : arrays_) glBindVertexArray(a), glBindBuffer(GL_ARRAY_BUFFER, buffers_[i]), glVertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, 0, nullptr);
+                // No other vertex array object goes on with the deleted buffer: docs/layer.md, Limits.
+                for (const GLuint a : {arrays_[0], arrays_[1], 0u}) glBindVertexArray(a), glBindBuffer(GL_ARRAY_BUFFER, buffers_[i]), glVertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, 0, nullptr);
                 break;
             }
             case 25: pointer(true); glVertexAttribDivisor(0, static_cast<GLuint>(pick(3))); glDrawArraysInstanced(mode, 0, pick(5), pick(4)); glVertexAttribDivisor(0, 0); break;
