@@ -201,8 +201,9 @@ public:
     [[nodiscard]] GLenum foveation_status(GLenum framebuffer_target);
     void image_written(GLuint name);  // a texture or renderbuffer was written by other means than drawing
 
-    // Makes the images that a foveated framebuffer will need, as far as its attachments are known. False: no memory.
-    [[nodiscard]] bool reserve(GLuint framebuffer);
+    // Makes the images that a foveated framebuffer will need, as far as its attachments are known.
+    enum class Reserved { yes, no_memory, never };  // never: its images cannot be foveated
+    [[nodiscard]] Reserved reserve(GLuint framebuffer);
 
     // GL_INVALID_FRAMEBUFFER_OPERATION when the framebuffer to be read is incomplete by the rules of the extensions.
     [[nodiscard]] GLenum read_error();

@@ -200,11 +200,12 @@ void GL_APIENTRY layer_glFramebufferFoveationConfigQCOM(GLuint framebuffer, GLui
         return;
     }
     if (framebuffer == c->draw_framebuffer()) c->before_finish(Call::FramebufferFoveationConfigQCOM);
-    if ((requested & GL_FOVEATION_ENABLE_BIT_QCOM) && !c->reserve(framebuffer)) return c->raise(GL_OUT_OF_MEMORY);
+    const auto reserved = requested & GL_FOVEATION_ENABLE_BIT_QCOM ? c->reserve(framebuffer) : Context::Reserved::never;
+    if (reserved == Context::Reserved::no_memory) return c->raise(GL_OUT_OF_MEMORY);
     FramebufferFoveation config;
     config.layers = layers;
     config.points_per_layer = points_per_layer;
-    config.features = (requested & GL_FOVEATION_ENABLE_BIT_QCOM) | GL_FOVEATION_SCALED_BIN_METHOD_BIT_QCOM;
+    config.features = (reserved == Context::Reserved::yes ? GL_FOVEATION_ENABLE_BIT_QCOM : 0) | GL_FOVEATION_SCALED_BIN_METHOD_BIT_QCOM;
     const GLuint read = c->read_framebuffer();
     if (read != framebuffer) gl.BindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
     config.attachments = read_attachments(GL_READ_FRAMEBUFFER);

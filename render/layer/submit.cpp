@@ -255,7 +255,7 @@ std::unique_ptr<Targets> Context::make_targets(const TargetShape& shape, bool* o
     return Targets::create(shape, kLevels, out_of_memory);
 }
 
-bool Context::reserve(GLuint framebuffer) {
+Context::Reserved Context::reserve(GLuint framebuffer) {
     keep_driver_error();
     Undo state;
     state.framebuffers();
@@ -267,7 +267,8 @@ bool Context::reserve(GLuint framebuffer) {
     }
     state.restore();
     drop_errors();
-    if (!shape.usable) return true;  // nothing to reserve: attachments come later, or will be drawn at full density
+    if (shape.unknown_format) return Reserved::never;
+    if (!shape.usable) return Reserved::yes;  // attachments come later
     const auto is_free = [&](const Kept& k) {
         return k.targets->shape() == shape && (!k.owner || k.owner->mode != Pass::Mode::levels || k.owner->frame != frame_);
     };
@@ -275,10 +276,10 @@ bool Context::reserve(GLuint framebuffer) {
     for (const GLuint views = views_of(framebuffer); have < views && kept_.size() < kKeptTargets; ++have) {
         bool out_of_memory = false;
         std::unique_ptr<Targets> made = make_targets(shape, &out_of_memory);
-        if (!made) return !out_of_memory;
+        if (!made) return out_of_memory ? Reserved::no_memory : Reserved::never;
         kept_.push_back({std::move(made), ++use_, nullptr});
     }
-    return true;
+    return Reserved::yes;
 }
 
 void Context::save_for_own_drawing(Undo& own) const {

@@ -148,7 +148,7 @@ TargetShape read_shape(std::vector<Attachment>& attachments) {
         } else {
             const GLenum format = color_format(GL_DRAW_FRAMEBUFFER, a.point);
             shape.color[a.point - GL_COLOR_ATTACHMENT0] = format;
-            if (format == 0) shape.usable = false;
+            if (format == 0) shape.usable = false, shape.unknown_format = true;
             any = true;
         }
     }

@@ -36,6 +36,7 @@ struct TargetShape {
     bool layered = false;                    // all layers of an array attached at once: draws go to the first, clears to all
     bool in_place = false;                   // the default framebuffer: level 0 is drawn into it, within the bounds
     bool usable = false;                     // false: only full density can be drawn
+    bool unknown_format = false;             // why: a colour image has a format that levels cannot have
     bool operator==(const TargetShape&) const = default;
 };
 

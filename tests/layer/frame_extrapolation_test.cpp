@@ -110,6 +110,29 @@ TEST_F(FrameExtrapolation, PendingFoveatedDrawsAreInTheSource) {
     EXPECT_EQ(read_texture(out).pixels, blue);
 }
 
+TEST_F(FrameExtrapolation, OnlyTheBaseLevelIsReadAndWritten) {
+    GLuint pictures[3];
+    glGenTextures(3, pictures);
+    for (int i = 0; i < 3; ++i) {
+        glBindTexture(GL_TEXTURE_2D, pictures[i]);
+        glTexStorage2D(GL_TEXTURE_2D, 3, GL_RGBA8, 64, 64);
+        for (int level = 0; level < 3; ++level) {
+            const int size = 64 >> level;
+            const Rgba fill = level == 0 ? Rgba{static_cast<std::uint8_t>(i < 2 ? 90 : 0), 0, 0, 255} : Rgba{0, static_cast<std::uint8_t>(60 * i + level), 0, 255};
+            const std::vector<Rgba> pixels(static_cast<std::size_t>(size * size), fill);
+            glTexSubImage2D(GL_TEXTURE_2D, level, 0, 0, size, size, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
+        }
+    }
+    ext.extrapolate(pictures[0], pictures[1], pictures[2], 0.5f);
+    EXPECT_GL(GL_NO_ERROR);
+    for (const Rgba& pixel : read_texture(pictures[2]).pixels) ASSERT_EQ(pixel, (Rgba{90, 0, 0, 255}));
+    Surface level{.framebuffer = 0, .color = pictures[2], .depth = 0, .width = 32, .height = 32};
+    glGenFramebuffers(1, &level.framebuffer);
+    glBindFramebuffer(GL_FRAMEBUFFER, level.framebuffer);
+    glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, pictures[2], 1);
+    for (const Rgba& pixel : read(level).pixels) ASSERT_EQ(pixel, (Rgba{0, 121, 0, 255}));
+}
+
 TEST_F(FrameExtrapolation, ErrorsPendingBeforeStay) {
     const GLuint a = square(10), b = square(14), out = texture(64, 64);
     glEnable(0x1234);

@@ -1,6 +1,7 @@
 // GL_QCOM_framebuffer_foveated, clause by clause. docs/conformance.md names these tests beside the sentences.
 #include <climits>
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 #include "tests/layer/layer_test.hpp"
@@ -13,36 +14,17 @@ class FramebufferFoveated : public LayerTest {
 protected:
     // A geometry shader that passes triangles on.
     GLuint geometry_program() {
-        const GLuint p = glCreateProgram();
-        const char* texts[3] = {"#version 320 es\nvoid main() { gl_Position = vec4(float(gl_VertexID & 1) * 4.0 - 1.0, float(gl_VertexID >> 1) * 4.0 - 1.0, 0, 1); }",
-                                "#version 320 es\nlayout(triangles) in; layout(triangle_strip, max_vertices = 3) out;\n"
-                                "void main() { for (int i = 0; i < 3; ++i) { gl_Position = gl_in[i].gl_Position; EmitVertex(); } EndPrimitive(); }",
-                                "#version 320 es\nprecision highp float; out vec4 c; void main() { c = vec4(1); }"};
-        const GLenum stages[3] = {GL_VERTEX_SHADER, GL_GEOMETRY_SHADER, GL_FRAGMENT_SHADER};
-        return link(p, texts, stages, 3);
+        return link({{GL_VERTEX_SHADER, "#version 320 es\nvoid main() { gl_Position = vec4(float(gl_VertexID & 1) * 4.0 - 1.0, float(gl_VertexID >> 1) * 4.0 - 1.0, 0, 1); }"},
+                     {GL_GEOMETRY_SHADER, "#version 320 es\nlayout(triangles) in; layout(triangle_strip, max_vertices = 3) out;\n"
+                                          "void main() { for (int i = 0; i < 3; ++i) { gl_Position = gl_in[i].gl_Position; EmitVertex(); } EndPrimitive(); }"},
+                     {GL_FRAGMENT_SHADER, "#version 320 es\nprecision highp float; out vec4 c; void main() { c = vec4(1); }"}});
     }
     GLuint tessellation_program() {
-        const GLuint p = glCreateProgram();
-        const char* texts[4] = {"#version 320 es\nvoid main() { gl_Position = vec4(float(gl_VertexID & 1), float(gl_VertexID >> 1), 0, 1); }",
-                                "#version 320 es\nlayout(vertices = 3) out; void main() { gl_out[gl_InvocationID].gl_Position = gl_in[gl_InvocationID].gl_Position;"
-                                " gl_TessLevelInner[0] = 1.0; gl_TessLevelOuter[0] = gl_TessLevelOuter[1] = gl_TessLevelOuter[2] = 1.0; }",
-                                "#version 320 es\nlayout(triangles) in; void main() { gl_Position = gl_TessCoord.x * gl_in[0].gl_Position + gl_TessCoord.y * gl_in[1].gl_Position + gl_TessCoord.z * gl_in[2].gl_Position; }",
-                                "#version 320 es\nprecision highp float; out vec4 c; void main() { c = vec4(1); }"};
-        const GLenum stages[4] = {GL_VERTEX_SHADER, GL_TESS_CONTROL_SHADER, GL_TESS_EVALUATION_SHADER, GL_FRAGMENT_SHADER};
-        return link(p, texts, stages, 4);
-    }
-    static GLuint link(GLuint p, const char** texts, const GLenum* stages, int n) {
-        for (int i = 0; i < n; ++i) {
-            const GLuint s = glCreateShader(stages[i]);
-            glShaderSource(s, 1, &texts[i], nullptr);
-            glCompileShader(s);
-            glAttachShader(p, s);
-        }
-        glLinkProgram(p);
-        GLint good = 0;
-        glGetProgramiv(p, GL_LINK_STATUS, &good);
-        EXPECT_TRUE(good);
-        return p;
+        return link({{GL_VERTEX_SHADER, "#version 320 es\nvoid main() { gl_Position = vec4(float(gl_VertexID & 1), float(gl_VertexID >> 1), 0, 1); }"},
+                     {GL_TESS_CONTROL_SHADER, "#version 320 es\nlayout(vertices = 3) out; void main() { gl_out[gl_InvocationID].gl_Position = gl_in[gl_InvocationID].gl_Position;"
+                                              " gl_TessLevelInner[0] = 1.0; gl_TessLevelOuter[0] = gl_TessLevelOuter[1] = gl_TessLevelOuter[2] = 1.0; }"},
+                     {GL_TESS_EVALUATION_SHADER, "#version 320 es\nlayout(triangles) in; void main() { gl_Position = gl_TessCoord.x * gl_in[0].gl_Position + gl_TessCoord.y * gl_in[1].gl_Position + gl_TessCoord.z * gl_in[2].gl_Position; }"},
+                     {GL_FRAGMENT_SHADER, "#version 320 es\nprecision highp float; out vec4 c; void main() { c = vec4(1); }"}});
     }
 };
 
@@ -152,6 +134,25 @@ TEST_F(FramebufferFoveated, FeaturesAreNegotiated) {
         EXPECT_GL(GL_NO_ERROR);
         EXPECT_EQ(provided, kEnable | kBins);
     }
+}
+
+TEST_F(FramebufferFoveated, EnableIsNotProvidedForAFormatThatCannotBeFoveated) {
+    const char* all = reinterpret_cast<const char*>(glGetString(GL_EXTENSIONS));
+    if (!std::strstr(all, "GL_EXT_texture_norm16")) GTEST_SKIP() << "no format that the driver draws to and the layer cannot match";
+    const Surface s = surface(64, 64, true, GL_RGBA16_EXT);
+    GLuint provided = 0;
+    ext.config(s.framebuffer, 1, 1, kEnable, &provided);
+    EXPECT_GL(GL_NO_ERROR);
+    EXPECT_EQ(provided, kBins);
+    focus(s, 0, 0, 16);  // configured all the same
+    EXPECT_GL(GL_NO_ERROR);
+    glClearColor(0, 1, 0, 1);
+    glClear(GL_COLOR_BUFFER_BIT);
+    draw_triangle(-1, -1, 4, 0, {1, 0, 0, 1});
+    std::array<std::uint16_t, 4> pixel{};
+    glReadPixels(2, 2, 1, 1, GL_RGBA, GL_UNSIGNED_SHORT, pixel.data());
+    EXPECT_EQ(pixel, (std::array<std::uint16_t, 4>{65535, 0, 0, 65535}));
+    EXPECT_GL(GL_NO_ERROR);
 }
 
 TEST_F(FramebufferFoveated, WithoutTheEnableBitNothingIsFoveated) {

@@ -419,17 +419,9 @@ TEST_F(Late, DepthSurvivesTheWayBackToFullDensity) {
 }
 
 TEST_F(Late, TransformFeedbackCapturesOnce) {
-    const GLuint p = glCreateProgram();
-    for (const auto& [stage, text] : {std::pair{GL_VERTEX_SHADER, "#version 300 es\nout float v; void main() { v = float(gl_VertexID) + 1.0; gl_Position = vec4(float(gl_VertexID & 1) * 4.0 - 1.0, float(gl_VertexID >> 1) * 4.0 - 1.0, 0, 1); }"},
-                                      std::pair{GL_FRAGMENT_SHADER, "#version 300 es\nprecision highp float; out vec4 c; void main() { c = vec4(0, 1, 0, 1); }"}}) {
-        const GLuint shader = glCreateShader(static_cast<GLenum>(stage));
-        glShaderSource(shader, 1, &text, nullptr);
-        glCompileShader(shader);
-        glAttachShader(p, shader);
-    }
-    const char* varying = "v";
-    glTransformFeedbackVaryings(p, 1, &varying, GL_INTERLEAVED_ATTRIBS);
-    glLinkProgram(p);
+    const GLuint p = link({{GL_VERTEX_SHADER, "#version 300 es\nout float v; void main() { v = float(gl_VertexID) + 1.0; gl_Position = vec4(float(gl_VertexID & 1) * 4.0 - 1.0, float(gl_VertexID >> 1) * 4.0 - 1.0, 0, 1); }"},
+                           {GL_FRAGMENT_SHADER, "#version 300 es\nprecision highp float; out vec4 c; void main() { c = vec4(0, 1, 0, 1); }"}},
+                          "v");
     GLuint buffer = 0, query = 0;
     glGenBuffers(1, &buffer);
     glGenQueries(1, &query);

@@ -26,14 +26,6 @@ const struct Vendor {
     std::string path;
 } vendor;
 
-constexpr const char* kCoverVertex = R"(#version 300 es
-out highp vec2 at;
-void main() {
-    vec2 p = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1)) * 4.0 - 1.0;
-    at = p * 0.5 + 0.5;
-    gl_Position = vec4(p, 0.5, 1.0);
-})";
-
 constexpr const char* kSceneFragment = R"(#version 300 es
 precision highp float;
 in vec2 at;
@@ -66,6 +58,14 @@ out vec4 color;
 void main() { color = tint; })";
 
 }  // namespace
+
+const char* const kCoverVertex = R"(#version 300 es
+out highp vec2 at;
+void main() {
+    vec2 p = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1)) * 4.0 - 1.0;
+    at = p * 0.5 + 0.5;
+    gl_Position = vec4(p, 0.5, 1.0);
+})";
 
 EGLDisplay LayerTest::display = EGL_NO_DISPLAY;
 EGLConfig LayerTest::config = nullptr;
@@ -106,9 +106,13 @@ EGLContext LayerTest::make_context(EGLContext share) {
 void LayerTest::use(EGLContext c) { ASSERT_TRUE(eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, c)); }
 
 GLuint LayerTest::program(const char* vertex, const char* fragment) {
+    return link({{GL_VERTEX_SHADER, vertex}, {GL_FRAGMENT_SHADER, fragment}});
+}
+
+GLuint LayerTest::link(std::initializer_list<std::pair<GLenum, const char*>> stages, const char* captured) {
     const GLuint p = glCreateProgram();
-    for (const auto& [stage, text] : {std::pair{GL_VERTEX_SHADER, vertex}, std::pair{GL_FRAGMENT_SHADER, fragment}}) {
-        const GLuint s = glCreateShader(static_cast<GLenum>(stage));
+    for (const auto& [stage, text] : stages) {
+        const GLuint s = glCreateShader(stage);
         glShaderSource(s, 1, &text, nullptr);
         glCompileShader(s);
         GLint good = 0;
@@ -119,6 +123,7 @@ GLuint LayerTest::program(const char* vertex, const char* fragment) {
         glAttachShader(p, s);
         glDeleteShader(s);
     }
+    if (captured) glTransformFeedbackVaryings(p, 1, &captured, GL_INTERLEAVED_ATTRIBS);
     glLinkProgram(p);
     GLint good = 0;
     glGetProgramiv(p, GL_LINK_STATUS, &good);

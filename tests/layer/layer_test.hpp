@@ -13,7 +13,9 @@
 
 #include <array>
 #include <cstdint>
+#include <initializer_list>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace fovea::layer_test {
@@ -52,6 +54,8 @@ protected:
     [[nodiscard]] EGLContext make_context(EGLContext share = EGL_NO_CONTEXT);
     void use(EGLContext context);
     [[nodiscard]] GLuint program(const char* vertex, const char* fragment);
+    // Any stages; `captured` is the varying that transform feedback records.
+    [[nodiscard]] GLuint link(std::initializer_list<std::pair<GLenum, const char*>> stages, const char* captured = nullptr);
     [[nodiscard]] Surface surface(int width, int height, bool depth = true, GLenum format = GL_RGBA8);
     [[nodiscard]] GLuint texture(int width, int height, GLenum format = GL_RGBA8);
     // Framebuffer config with ENABLE, one layer; and one focal point.
@@ -74,6 +78,9 @@ protected:
 private:
     GLuint scene_ = 0, footprint_ = 0, triangle_ = 0;
 };
+
+// Covers the viewport with one triangle, depth 0.5; `at` is 0 to 1.
+extern const char* const kCoverVertex;
 
 // The equation of the specifications, written down from their text.
 [[nodiscard]] double spec_density(const std::vector<std::array<float, 5>>& points, double x_ndc, double y_ndc, double least = 0);

@@ -291,19 +291,10 @@ TEST_F(TextureFoveated, BlitsAreNotFoveated) {
 }
 
 TEST_F(TextureFoveated, GeometryShadersAreDrawnAtFullDensity) {
-    const GLuint p = glCreateProgram();
-    const char* texts[3] = {"#version 320 es\nvoid main() { gl_Position = vec4(float(gl_VertexID & 1) * 4.0 - 1.0, float(gl_VertexID >> 1) * 4.0 - 1.0, 0, 1); }",
-                            "#version 320 es\nlayout(triangles) in; layout(triangle_strip, max_vertices = 3) out;\n"
-                            "void main() { for (int i = 0; i < 3; ++i) { gl_Position = gl_in[i].gl_Position; EmitVertex(); } EndPrimitive(); }",
-                            "#version 320 es\nprecision highp float; out vec4 c; void main() { c = vec4(gl_FragCoord.xy / 256.0, 0, 1); }"};
-    const GLenum stages[3] = {GL_VERTEX_SHADER, GL_GEOMETRY_SHADER, GL_FRAGMENT_SHADER};
-    for (int i = 0; i < 3; ++i) {
-        const GLuint shader = glCreateShader(stages[i]);
-        glShaderSource(shader, 1, &texts[i], nullptr);
-        glCompileShader(shader);
-        glAttachShader(p, shader);
-    }
-    glLinkProgram(p);
+    const GLuint p = link({{GL_VERTEX_SHADER, "#version 320 es\nvoid main() { gl_Position = vec4(float(gl_VertexID & 1) * 4.0 - 1.0, float(gl_VertexID >> 1) * 4.0 - 1.0, 0, 1); }"},
+                           {GL_GEOMETRY_SHADER, "#version 320 es\nlayout(triangles) in; layout(triangle_strip, max_vertices = 3) out;\n"
+                                                "void main() { for (int i = 0; i < 3; ++i) { gl_Position = gl_in[i].gl_Position; EmitVertex(); } EndPrimitive(); }"},
+                           {GL_FRAGMENT_SHADER, "#version 320 es\nprecision highp float; out vec4 c; void main() { c = vec4(gl_FragCoord.xy / 256.0, 0, 1); }"}});
     const Surface s = surface(256, 256);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
     ext.texture_parameters(s.color, 0, 0, 0, 0, 8, 8, 0);
@@ -312,6 +303,49 @@ TEST_F(TextureFoveated, GeometryShadersAreDrawnAtFullDensity) {
     glDrawArrays(GL_TRIANGLES, 0, 3);
     const Picture picture = read(s);
     EXPECT_EQ(picture.at(250, 4).r, 250);  // gl_FragCoord is absolute in the periphery
+    EXPECT_GL(GL_NO_ERROR);
+}
+
+TEST_F(TextureFoveated, PointsHaveTheirSizeInPixelsOfTheLevelAndFragCoordCountsThem) {
+    const Surface s = surface(256, 256);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+    ext.texture_parameters(s.color, 0, 0, 0, 0, 16, 16, 0);
+    const GLuint p = program("#version 300 es\nuniform vec2 place; void main() { gl_Position = vec4(place, 0, 1); gl_PointSize = 8.0; }",
+                             "#version 300 es\nprecision highp float; out vec4 c; void main() { c = vec4(1, gl_FragCoord.x / 256.0, 0, 1); }");
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    glUseProgram(p);
+    for (const float x : {0.0f, -0.75f}) {
+        glUniform2f(glGetUniformLocation(p, "place"), x, x);
+        glDrawArrays(GL_POINTS, 0, 1);
+    }
+    const Picture picture = read(s);
+    const auto width = [&picture](int row) {
+        int n = 0;
+        for (int x = 0; x < picture.width; ++x) n += picture.at(x, row).r > 127;
+        return n;
+    };
+    EXPECT_EQ(width(128), 8);
+    EXPECT_NEAR(width(32), 32, 2);  // a quarter of the pixels along the axis, none of the correction
+    EXPECT_NEAR(picture.at(32, 32).g, 32 / 4, 2);
+    EXPECT_GL(GL_NO_ERROR);
+}
+
+TEST_F(TextureFoveated, LoadingAnImageLeavesItsStateAlone) {
+    const Surface s = surface(128, 128, false);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+    glTexParameterf(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_MIN_PIXEL_DENSITY_QCOM, 0.125f);
+    for (const float x : {-0.5f, 0.5f}) {  // the second pass begins without a clear
+        ext.texture_parameters(s.color, 0, 0, x, 0, 16, 16, 0);
+        draw_triangle(x, -1, 0.5f, 0, {0, 1, 0, 1});
+        glFlush();
+    }
+    GLint features = 0;
+    GLfloat least = 0;
+    glBindTexture(GL_TEXTURE_2D, s.color);
+    glGetTexParameteriv(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, &features);
+    glGetTexParameterfv(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_MIN_PIXEL_DENSITY_QCOM, &least);
+    EXPECT_EQ(features, static_cast<GLint>(kEnable));
+    EXPECT_EQ(least, 0.125f);
     EXPECT_GL(GL_NO_ERROR);
 }
 

@@ -58,24 +58,6 @@ protected:
         for (int view = 0; view < kViews; ++view)
             for (const Rgba& pixel : read_view(view).pixels) ASSERT_EQ(pixel, kCleared);
     }
-    GLuint stages(std::initializer_list<std::pair<GLenum, const char*>> list, const char* captured = nullptr) {
-        const GLuint p = glCreateProgram();
-        for (const auto& [stage, text] : list) {
-            const GLuint s = glCreateShader(stage);
-            glShaderSource(s, 1, &text, nullptr);
-            glCompileShader(s);
-            char log[512] = {};
-            glGetShaderInfoLog(s, sizeof log, nullptr, log);
-            glAttachShader(p, s);
-            EXPECT_STREQ(log, "");
-        }
-        if (captured) glTransformFeedbackVaryings(p, 1, &captured, GL_INTERLEAVED_ATTRIBS);
-        glLinkProgram(p);
-        GLint good = 0;
-        glGetProgramiv(p, GL_LINK_STATUS, &good);
-        EXPECT_TRUE(good);
-        return p;
-    }
 
     PFNGLFRAMEBUFFERTEXTUREMULTIVIEWOVRPROC attach = nullptr;
     GLuint array = 0, framebuffer = 0;
@@ -142,7 +124,7 @@ TEST_F(Views, AnIndirectDrawThatCountsCountsOncePerView) {
 }
 
 TEST_F(Views, NoTransformFeedback) {
-    const GLuint p = stages({{GL_VERTEX_SHADER, "#version 310 es\n#extension GL_OVR_multiview : require\nlayout(num_views = 4) in; out float v;\n"
+    const GLuint p = link({{GL_VERTEX_SHADER, "#version 310 es\n#extension GL_OVR_multiview : require\nlayout(num_views = 4) in; out float v;\n"
                                                 "void main() { v = 1.0; gl_Position = vec4(float(gl_VertexID & 1) * 4.0 - 1.0, float(gl_VertexID >> 1) * 4.0 - 1.0, 0, 1); }"},
                              {GL_FRAGMENT_SHADER, "#version 310 es\nprecision highp float; out vec4 c; void main() { c = vec4(1); }"}},
                             "v");
@@ -171,12 +153,12 @@ TEST_F(Views, NoTransformFeedback) {
 TEST_F(Views, NoGeometryAndNoTessellationShaders) {
     const char* vertex = "#version 320 es\n#extension GL_OVR_multiview : require\nlayout(num_views = 4) in; void main() { gl_Position = vec4(0, 0, 0, 1); }";
     const char* fragment = "#version 320 es\nprecision highp float; out vec4 c; void main() { c = vec4(1); }";
-    glUseProgram(stages({{GL_VERTEX_SHADER, vertex},
+    glUseProgram(link({{GL_VERTEX_SHADER, vertex},
                          {GL_GEOMETRY_SHADER, "#version 320 es\nlayout(points) in; layout(points, max_vertices = 1) out; void main() { gl_Position = gl_in[0].gl_Position; EmitVertex(); }"},
                          {GL_FRAGMENT_SHADER, fragment}}));
     glDrawArrays(GL_POINTS, 0, 1);
     EXPECT_GL(GL_INVALID_OPERATION);
-    glUseProgram(stages({{GL_VERTEX_SHADER, vertex},
+    glUseProgram(link({{GL_VERTEX_SHADER, vertex},
                          {GL_TESS_CONTROL_SHADER, "#version 320 es\nlayout(vertices = 1) out; void main() { gl_out[gl_InvocationID].gl_Position = gl_in[gl_InvocationID].gl_Position; gl_TessLevelOuter[0] = gl_TessLevelOuter[1] = gl_TessLevelOuter[2] = gl_TessLevelInner[0] = 1.0; }"},
                          {GL_TESS_EVALUATION_SHADER, "#version 320 es\nlayout(triangles) in; void main() { gl_Position = gl_in[0].gl_Position; }"},
                          {GL_FRAGMENT_SHADER, fragment}}));
@@ -224,7 +206,7 @@ TEST_F(Views, ABlitWritesTheFirstViewOnlyAndReadsNone) {
 }
 
 TEST_F(Views, ADispatchIsMadeOncePerView) {
-    const GLuint p = stages({{GL_COMPUTE_SHADER, "#version 310 es\n#extension GL_OVR_multiview2 : require\nlayout(local_size_x = 1) in;\n"
+    const GLuint p = link({{GL_COMPUTE_SHADER, "#version 310 es\n#extension GL_OVR_multiview2 : require\nlayout(local_size_x = 1) in;\n"
                                                  "layout(std430, binding = 0) buffer Seen { uint seen[8]; }; void main() { atomicAdd(seen[gl_ViewID_OVR], 1u); }"}});
     GLuint buffers[2];
     const GLuint zero[8] = {}, one[3] = {1, 1, 1};
