@@ -2,10 +2,17 @@
 //   probe watch DRIVER [--set k=v ...]   a device from the table, reopened when lost; counts, leaks, latencies
 //   probe floor-hid NODE --count N       the bare read loop on the same kind of device
 //   probe floor-usb --count N            a bare bulk or interrupt read loop on the headset's gaze endpoint
+//   probe floor-camera NODE --count N    the same on a camera; --detect yes: and finds the pupil
+//   probe published SESSION [--skip N]   from the device's stamp to the published model, of a daemon's recording
 //   probe stages                         from the report's bytes to the published model: microseconds of each stage
 //   probe session TRUTH SESSION          the same for the published models (filter none); and the latency to publishing
 //   probe nearest TRUTH RECORDING        for cameras: each valid sample is one of the pictures shown, and they come in turn
 //   probe compare TRUTH RECORDING        every sample of the recording against what the device sent
+//   probe sleep --seconds N              suspends the machine to memory
+//   probe focus [--socket PATH]          an app that looks at its focal point until SIGTERM; what it saw after a sleep
+//   probe after-sleep SESSION --...      the samples of a daemon that ran through a sleep
+//   probe tsc                            how fast the processor's time stamp counter runs, kHz; nothing where it has none
+//   probe dma NODE [--format F]          a still picture by mapped memory, user pointers and DMA-BUFs: the same bytes
 // Latencies are for devices that stamp the monotonic clock: from the hand-over to the kernel.
 #include <algorithm>
 #include <cerrno>
@@ -33,10 +40,19 @@
 #include "replay/recording.hpp"
 #include "replay/session_file.hpp"
 #include "tests/device_lab/feed.hpp"
+#include "tests/device_lab/probe.hpp"
 #include "tests/drivers/hid/descriptor_shapes.hpp"
 
 using namespace fovea;
 using namespace fovea::lab;
+
+void fovea::lab::print_latencies(const char* what, std::vector<double> us) {
+    if (us.empty()) return;
+    std::ranges::sort(us);
+    const auto at = [&](double q) { return us[static_cast<std::size_t>(q * static_cast<double>(us.size() - 1))]; };
+    std::printf("%s latency_us p50=%.0f p90=%.0f p99=%.0f max=%.0f n=%zu\n", what, at(0.5), at(0.9), at(0.99), us.back(),
+                us.size());
+}
 
 namespace {
 
@@ -55,14 +71,6 @@ long resident_kib() {
     rusage u{};
     ::getrusage(RUSAGE_SELF, &u);
     return u.ru_maxrss;
-}
-
-void print_latencies(const char* what, std::vector<double> us) {
-    if (us.empty()) return;
-    std::ranges::sort(us);
-    const auto at = [&](double q) { return us[static_cast<std::size_t>(q * static_cast<double>(us.size() - 1))]; };
-    std::printf("%s latency_us p50=%.0f p90=%.0f p99=%.0f max=%.0f n=%zu\n", what, at(0.5), at(0.9), at(0.99), us.back(),
-                us.size());
 }
 
 int watch(const std::string& driver, int argc, char** argv) {
@@ -386,6 +394,13 @@ int main(int argc, char** argv) {
     if (command == "compare" && argc > 3) return compare(argv[2], argv[3], argc - 3, argv + 3);
     if (command == "nearest" && argc > 3) return nearest(argv[2], argv[3], argc - 3, argv + 3);
     if (command == "session" && argc > 3) return session(argv[2], argv[3], argc - 3, argv + 3);
+    if (command == "floor-camera" && argc > 2) return floor_camera(argv[2], argc - 2, argv + 2);
+    if (command == "published" && argc > 2) return published(argv[2], argc - 2, argv + 2);
+    if (command == "tsc") return print_tsc_khz();
+    if (command == "sleep") return sleep_machine(argc - 1, argv + 1);
+    if (command == "focus") return watch_focus(argc - 1, argv + 1);
+    if (command == "after-sleep" && argc > 2) return after_sleep(argv[2], argc - 2, argv + 2);
+    if (command == "dma" && argc > 2) return dma_frames(argv[2], argc - 2, argv + 2);
     errno = 0;
-    die("usage: probe watch|floor-hid|floor-usb|compare|session ... (see the source's first lines)");
+    die("usage: probe watch|floor-hid|floor-usb|stages|compare|nearest|session|sleep|focus|after-sleep|dma ... (see the source's first lines)");
 }

@@ -1,8 +1,13 @@
 // An eye camera on the kernel's USB bus: UVC 1.1, 8-bit grey or motion JPEG, bulk streaming, made by vhci_hcd; the kernel's own uvcvideo
 // binds to it. It shows rendered eyes that look where a recording looks, --pictures of them in turn.
+//   --targets FILE     eyes that look at nine targets instead, 18 pictures each, then at the last; FILE gets when each was
+//                      shown: start_ns,end_ns (monotonic clock),x,y,z
+//   --mounted askew    the camera is not where the driver takes it to be: shifted, closer, rolled by 5 degrees
+//   --silent-after N   stays plugged in and shows nothing more after N pictures
 //
 // Source: Universal Serial Bus Device Class Definition for Video Devices 1.1; payloads: Uncompressed,
 // section 2.2; MJPEG, section 3.
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -10,6 +15,7 @@
 #include <jpeglib.h>
 
 #include "drivers/synthetic/eye_image.hpp"
+#include "protocol/sphere.hpp"
 #include "tests/device_lab/feed.hpp"
 #include "tests/device_lab/vhci.hpp"
 
@@ -89,28 +95,57 @@ UsbDescriptors camera_descriptors(std::size_t width, std::size_t height, std::si
     return d;
 }
 
+// Where the pupil is in the picture of an eye that looks along dir.
+void look_along(const Direction<HeadFrame>& dir, int side, bool askew, drivers::synthetic::EyeImageScene& scene) {
+    constexpr double kRoll = 5 * 3.14159265358979 / 180;
+    const double radius = (askew ? 0.38 : 0.45) * side, middle = (side - 1) / 2.0;   // 0.45: what the camera driver assumes
+    const double x = -radius * dir.x, y = -radius * dir.y;
+    const double turn = askew ? kRoll : 0;
+    scene.pupil_x = middle + x * std::cos(turn) - y * std::sin(turn) + (askew ? 0.04 * side : 0);
+    scene.pupil_y = middle + x * std::sin(turn) + y * std::cos(turn) - (askew ? 0.03 * side : 0);
+}
+
+constexpr std::size_t kPicturesPerTarget = 18;   // a fixation needs ten samples, less those that a slow reader misses
+
+std::vector<FeedSample> nine_targets() {
+    std::vector<FeedSample> all;
+    for (const double up : {-9.0, 0.0, 9.0})
+        for (const double right : {-14.0, 0.0, 14.0}) {
+            FeedSample s;
+            s.dir = from_azimuth_elevation<HeadFrame>({right * 3.14159265358979 / 180, up * 3.14159265358979 / 180});
+            s.valid = true;
+            all.push_back(s);
+        }
+    return all;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
-    const Arguments args(argc, argv, {"--recording", "--rate", "--frames", "--cycles", "--truth", "--port", "--side", "--pictures", "--format"});
+    const Arguments args(argc, argv, {"--recording", "--rate", "--frames", "--cycles", "--truth", "--port", "--side", "--pictures", "--format", "--targets",
+                                      "--mounted", "--silent-after"});
     const bool jpeg = args.text("--format", "GREY") == "MJPG";
     std::setvbuf(stdout, nullptr, _IOLBF, 0);
     std::signal(SIGTERM, [](int) { stop = 1; });
     std::signal(SIGINT, [](int) { stop = 1; });
     const long fps = args.number("--rate", 60), frames = args.number("--frames", 0), cycles = args.number("--cycles", 1);
     const int side = static_cast<int>(args.number("--side", 192));
+    const bool askew = args.text("--mounted", "straight") == "askew";
+    const std::string targets_file = args.text("--targets", "");
+    const auto silent_after = static_cast<unsigned long>(args.number("--silent-after", 0));
+    const std::vector<FeedSample> targets = targets_file.empty() ? std::vector<FeedSample>{} : nine_targets();
+    std::vector<std::pair<Instant, Instant>> when(targets.size());
     const Feed feed(args.text("--recording", "tests/data/recordings/eyelink_lookatpoint_s1.csv"), 4);
     std::vector<std::vector<std::uint8_t>> pictures;
     {
         TruthLog log(args.text("--truth", ""), static_cast<double>(fps));
-        for (std::uint64_t i = 0; pictures.size() < static_cast<std::size_t>(args.number("--pictures", 24)); ++i) {
-            const FeedSample s = feed.at(i);
+        const std::size_t wanted = targets.empty() ? static_cast<std::size_t>(args.number("--pictures", 24)) : targets.size();
+        for (std::uint64_t i = 0; pictures.size() < wanted; ++i) {
+            const FeedSample s = targets.empty() ? feed.at(i) : targets[i];
             if (!s.valid) continue;
             drivers::synthetic::EyeImageScene scene;
             scene.width = scene.height = side;
-            const double radius = 0.45 * side, centre = (side - 1) / 2.0;   // what the camera driver assumes
-            scene.pupil_x = centre - radius * s.dir.x;
-            scene.pupil_y = centre - radius * s.dir.y;
+            look_along(s.dir, side, askew, scene);
             scene.pupil_a = scene.pupil_b = 0.1 * side;
             scene.glints = 1;
             const auto pixels = drivers::synthetic::render_eye(scene);
@@ -125,7 +160,7 @@ int main(int argc, char** argv) {
     put32(probe, 18, static_cast<std::size_t>(side * side));
     put32(probe, 22, kPayload);
     put32(probe, 26, 48'000'000);
-    unsigned long shown = 0;
+    unsigned long shown = 0;   // over all cycles
     for (long done = 0; done < cycles && !stop; ++done) {
         VhciDevice device(camera_descriptors(static_cast<std::size_t>(side), static_cast<std::size_t>(side), static_cast<std::size_t>(fps), jpeg),
                           static_cast<int>(args.number("--port", 0)));
@@ -148,7 +183,13 @@ int main(int argc, char** argv) {
                 due = MonotonicClock::now() + std::chrono::milliseconds(2);
                 continue;
             }
-            const auto& picture = pictures[shown % pictures.size()];
+            if (silent_after > 0 && shown >= silent_after) {
+                due = MonotonicClock::now() + std::chrono::milliseconds(50);
+                continue;
+            }
+            const std::size_t target = std::min<std::size_t>(shown / kPicturesPerTarget, pictures.size() - 1);
+            const auto& picture = pictures[targets.empty() ? shown % pictures.size() : target];
+            const Instant begun = MonotonicClock::now();
             for (std::size_t at = 0; at < picture.size() && !stop;) {
                 while (!stop && device.waiting(kEndpoint) == 0)
                     if (!device.serve(MonotonicClock::now() + std::chrono::milliseconds(1))) break;
@@ -162,9 +203,23 @@ int main(int argc, char** argv) {
             }
             toggle ^= 1;
             ++shown;
+            if (!targets.empty()) {
+                if (when[target].first == Instant{}) when[target].first = begun;
+                when[target].second = MonotonicClock::now();
+                if (shown == targets.size() * kPicturesPerTarget) std::printf("camera: all targets shown\n");
+            }
             ++n;
             due += period;
             if (MonotonicClock::now() - due > std::chrono::milliseconds(300)) due = MonotonicClock::now();
+        }
+        if (!targets.empty()) {
+            std::FILE* f = std::fopen(targets_file.c_str(), "w");
+            if (f == nullptr) die("cannot write " + targets_file);
+            for (std::size_t k = 0; k < targets.size(); ++k)
+                if (when[k].first != Instant{})
+                    std::fprintf(f, "%lld,%lld,%.17g,%.17g,%.17g\n", static_cast<long long>(to_ns(when[k].first)), static_cast<long long>(to_ns(when[k].second)),
+                                 targets[k].dir.x, targets[k].dir.y, targets[k].dir.z);
+            std::fclose(f);
         }
         std::printf("camera: unplugged after %lu frames\n", shown);
     }

@@ -1,0 +1,83 @@
+# The input side's latency and the daemon's share of the processor, sourced by cases.sh.
+
+# Middle of the p50s that the rounds left in a file, and of the p99s.
+middle() { grep -o "$2=[0-9]*" "$1" | cut -d= -f2 | sort -n | awk '{v[NR] = $1} END {print v[int((NR + 1) / 2)]}'; }
+ratio() { awk -v a="$1" -v b="$2" 'BEGIN {if (b > 0) printf "%.2f", a / b; else print "-"}'; }
+daemon_cpu_ms() { awk -v hz="$(getconf CLK_TCK)" '{print int(($14 + $15) * 1000 / hz)}' "/proc/$1/stat"; }
+share() { # share PID SECONDS: of a core, in percent
+    local before
+    before=$(daemon_cpu_ms "$1")
+    sleep "$2"
+    awk -v ms=$(($(daemon_cpu_ms "$1") - before)) -v s="$2" 'BEGIN {printf "%.2f", ms / s / 10}'
+}
+
+# row KIND ROUNDS SKIP FLOOR_COMMAND -- SETTING...: a line of the table. Floor and daemon take turns, so that a busy host
+# slows both.
+row() {
+    local kind=$1 rounds=$2 skip=$3 floor=$4 round
+    shift 5
+    rm -f /run/lab/floor.latency /run/lab/published.latency
+    for ((round = 0; round < rounds; round++)); do
+        $floor >>/run/lab/floor.latency
+        start_daemon "$@" filter.name=none
+        await 20 sh -c '"$LAB_BIN/fovea" status --run-dir /run/lab/fovea | grep -q running' || bad "latency: $kind streams"
+        sleep "${seconds:-4}"
+        stop_daemon "latency, $kind"
+        ${lab}probe published /run/lab/session.fovea --skip "$skip" >>/run/lab/published.latency
+    done
+    local f50 f99 p50 p99
+    f50=$(middle /run/lab/floor.latency p50) f99=$(middle /run/lab/floor.latency p99)
+    p50=$(middle /run/lab/published.latency p50) p99=$(middle /run/lab/published.latency p99)
+    printf 'MEASURED %-38s %8s %8s %10s %10s %6s\n' "$kind" "$f50" "$f99" "$p50" "$p99" "$(ratio "$p50" "$f50")" >>/run/lab/table
+    [ "${p50:-0}" -gt 0 ] && [ "${f50:-0}" -gt 0 ]
+    check $? "latency: $kind was measured"
+}
+
+case_latency() {
+    step "latency"
+    modprobe -a uhid hid-generic vhci-hcd uvcvideo
+    local tracker headset camera daemon
+    printf 'MEASURED %-38s %8s %8s %10s %10s %6s\n' "from the kernel to, us (emulated)" "floor50" "floor99" "publish50" "publish99" "ratio" >/run/lab/table
+    ${lab}uhid_tracker --rate 250 --stamps monotonic --recording $recording >/run/lab/tracker.log &
+    tracker=$!
+    await 5 ls /dev/hidraw0
+    row "HID, 250 Hz" 3 100 "${lab}probe floor-hid /dev/hidraw0 --count 600" -- source.driver=hid
+    step "latency: share of the processor"
+    local record="" ours floor probe
+    start_daemon source.driver=hid
+    sleep 2
+    ours=$(share $daemon 8)
+    ${lab}probe floor-hid /dev/hidraw0 --count 100000 >/dev/null &
+    probe=$!
+    sleep 1
+    floor=$(share $probe 6)
+    kill $probe
+    end $tracker
+    sleep 2
+    printf 'MEASURED processor at 250 Hz HID: fovead %s %% of a core, a bare read loop %s %%: %s times; with no device %s %% (emulated: %s)\n' "$ours" "$floor" "$(ratio "$ours" "$floor")" \
+        "$(share $daemon 8)" "10 to 15 times slower than the machine" >>/run/lab/table
+    stop_daemon "latency, no device"
+    unset record
+    local endpoint
+    for endpoint in interrupt bulk; do
+        step "latency: usb, $endpoint"
+        ${lab}usb_headset --rate 120 --stamps monotonic --endpoint $endpoint --recording $recording >/run/lab/headset.log &
+        headset=$!
+        await 10 usb_there 0cde
+        sleep 0.5
+        row "USB $endpoint, 120 Hz" 2 60 "${lab}probe floor-usb --count 300" -- source.driver=psvr2
+        end $headset
+    done
+    step "latency: camera"
+    ${lab}uvc_camera --rate 5 --recording $recording >/run/lab/camera.log &
+    camera=$!
+    await 60 ls /dev/video0
+    seconds=8
+    row "camera, 192x192 (floor: read)" 1 4 "${lab}probe floor-camera /dev/video0 --count 36" -- source.driver=camera
+    row "camera, 192x192 (floor: read and detect)" 1 4 "${lab}probe floor-camera /dev/video0 --count 36 --detect yes" -- source.driver=camera
+    unset seconds
+    end $camera
+    ${lab}probe stages >/run/lab/stages
+    sed 's/^/MEASURED stage: /' /run/lab/stages
+    cat /run/lab/table
+}
