@@ -83,7 +83,7 @@ void CpuResolve::run(const density::Plan& plan, const ViewTarget& t, const gl::F
         const Level& l = levels[i];
         if (!plan.uses(level)) continue;
         const std::size_t stride = static_cast<std::size_t>(l.x1 - l.x0) * 4;
-        gl::read_pixels(l.framebuffer, l.x0, l.y0, l.x1 - l.x0, l.y1 - l.y0, small_[i]);
+        gl::read_pixels(l.framebuffer, l.at_x + l.x0, l.at_y + l.y0, l.x1 - l.x0, l.y1 - l.y0, small_[i]);
         images[i] = {small_[i].data(), stride, l.x0, l.y0, l.x1, l.y1};
     }
     glBindFramebuffer(GL_FRAMEBUFFER, t.framebuffer);

@@ -28,7 +28,8 @@ public:
 
     struct Level {
         gl::Name framebuffer = 0;
-        int x0 = 0, y0 = 0, x1 = 0, y1 = 0;   // texels that were rendered
+        int x0 = 0, y0 = 0, x1 = 0, y1 = 0;   // texels of the level that were rendered
+        int at_x = 0, at_y = 0;               // where the level lies in the framebuffer
     };
     // levels[i] of plan level i; [0] is not read. Waits for the GPU: for the levels, and for what it draws into the target,
     // which must not come after the upload. noexcept, no allocation.

@@ -42,8 +42,23 @@ void main() {
 constexpr std::string_view kComposeHead = R"(#version 310 es
 precision highp float;
 layout(location = 1) uniform vec2 size;
+#ifdef LAYERED
+layout(location = 6) uniform ivec2 layer;   // of outset and inset
+layout(binding = 0) uniform highp sampler2DArray outset;
+layout(binding = 1) uniform highp sampler2DArray inset;
+vec4 outset_at(vec2 uv) { return texture(outset, vec3(uv, float(layer.x))); }
+vec4 inset_at(ivec2 texel) { return texelFetch(inset, ivec3(texel, layer.y), 0); }
+#else
 layout(binding = 0) uniform highp sampler2D outset;
 layout(binding = 1) uniform highp sampler2D inset;
+#ifdef PARTS
+layout(location = 5) uniform vec4 part;     // the outset's, of the texture: first texel, size; a neighbour never bleeds in
+vec4 outset_at(vec2 uv) { return texture(outset, (part.xy + clamp(uv * part.zw, vec2(0.5), part.zw - 0.5)) / vec2(textureSize(outset, 0))); }
+#else
+vec4 outset_at(vec2 uv) { return texture(outset, uv); }
+#endif
+vec4 inset_at(ivec2 texel) { return texelFetch(inset, texel, 0); }
+#endif
 in highp vec2 px;
 layout(location = 0) out vec4 color;
 )";
@@ -51,27 +66,27 @@ layout(location = 0) out vec4 color;
 // What enlarging took from the contrast is put back: the difference to the neighbourhood, amplified.
 constexpr std::string_view kContrast = R"(
 layout(location = 2) uniform float contrast;
+layout(location = 7) uniform vec2 outset_size;
 vec4 far_color(vec2 uv) {
-    vec4 c = texture(outset, uv);
-    vec2 d = 1.5 / vec2(textureSize(outset, 0));
-    vec4 around = texture(outset, uv + vec2(d.x, d.y)) + texture(outset, uv + vec2(-d.x, d.y)) +
-                  texture(outset, uv + vec2(d.x, -d.y)) + texture(outset, uv + vec2(-d.x, -d.y));
+    vec4 c = outset_at(uv);
+    vec2 d = 1.5 / outset_size;
+    vec4 around = outset_at(uv + vec2(d.x, d.y)) + outset_at(uv + vec2(-d.x, d.y)) + outset_at(uv + vec2(d.x, -d.y)) + outset_at(uv + vec2(-d.x, -d.y));
     return vec4(clamp(c.rgb + contrast * (c.rgb - 0.25 * around.rgb), 0.0, 1.0), c.a);
 }
 )";
-constexpr std::string_view kNoContrast = "vec4 far_color(vec2 uv) { return texture(outset, uv); }\n";
+constexpr std::string_view kNoContrast = "vec4 far_color(vec2 uv) { return outset_at(uv); }\n";
 
 constexpr std::string_view kFar = "void main() { color = far_color(px / size); }\n";
 constexpr std::string_view kNearHead = R"(
 layout(location = 3) uniform vec4 circle;   // middle of the inset, its radius, width of the blend; pixels
-layout(location = 4) uniform vec2 image;    // lower left of the inset's image; one texel is one pixel
+layout(location = 4) uniform vec2 image;    // lower left of the inset's texture; one texel is one pixel
 )";
 constexpr std::string_view kBlend = "float share_of_inset(float r) { return 1.0 - smoothstep(circle.z - circle.w, circle.z, r); }\n";
 constexpr std::string_view kNoBlend = "float share_of_inset(float r) { return r < circle.z ? 1.0 : 0.0; }\n";
 constexpr std::string_view kNear = R"(
 void main() {
     float near = share_of_inset(distance(px, circle.xy));
-    color = mix(far_color(px / size), texelFetch(inset, ivec2(px - image), 0), near);
+    color = mix(far_color(px / size), inset_at(ivec2(px - image)), near);
 }
 )";
 
@@ -84,7 +99,12 @@ Result<std::unique_ptr<Method>> InsetOutset::create(const MethodSettings& settin
     if (s.inset_px < 0 || !(s.blend_px >= 0) || !(s.contrast >= 0 && s.contrast <= 4) || s.samples < 0 || !(s.hidden_radius >= 0))
         return bad("a setting is negative or no number", "see InsetOutsetSettings");
     std::unique_ptr<InsetOutset> m(new InsetOutset(settings));
-    const std::string head = std::string(kComposeHead) + std::string(s.contrast > 0 ? kContrast : kNoContrast);
+    const ViewImages::Settings images{settings.format, s.samples, s.drawing};
+    const gl::ViewDrawing drawing = ViewImages::drawing_for(images);
+    m->images_wanted_ = images;
+    std::string head(kComposeHead);
+    if (drawing != gl::ViewDrawing::repeated) head.insert(head.find('\n') + 1, drawing == gl::ViewDrawing::multiview2 ? "#define LAYERED\n" : "#define PARTS\n");
+    head += std::string(s.contrast > 0 ? kContrast : kNoContrast);
     struct Wanted {
         gl::Program* program;
         const char* name;
@@ -104,22 +124,6 @@ Result<std::unique_ptr<Method>> InsetOutset::create(const MethodSettings& settin
     return std::unique_ptr<Method>(std::move(m));
 }
 
-Result<InsetOutset::Image> InsetOutset::make_image(int width, int height) const {
-    GLint most = 0;
-    glGetIntegerv(GL_MAX_SAMPLES, &most);
-    const int samples = std::min(settings_.inset_outset.samples, static_cast<int>(most));
-    Image image;
-    auto drawn = gl::RenderTarget::create({.width_px = width, .height_px = height, .format = settings_.format, .samples = samples});
-    if (!drawn) return std::unexpected(drawn.error());
-    image.drawn = *std::move(drawn);
-    if (samples > 1) {
-        auto resolved = gl::RenderTarget::create({.width_px = width, .height_px = height, .format = settings_.format, .depth_stencil = false});
-        if (!resolved) return std::unexpected(resolved.error());
-        image.resolved = *std::move(resolved);
-    }
-    return image;
-}
-
 Result<void> InsetOutset::prepare(std::span<const ViewTarget> targets) {
     const auto same = prepared_.same(targets);
     if (!same) return std::unexpected(same.error());
@@ -128,22 +132,30 @@ Result<void> InsetOutset::prepare(std::span<const ViewTarget> targets) {
 
 Result<void> InsetOutset::make_views(std::span<const ViewTarget> targets) {
     views_.clear();
+    images_ = {};
     const InsetOutsetSettings& s = settings_.inset_outset;
-    std::vector<View> views;
-    for (const ViewTarget& t : targets) {
+    std::vector<ViewImages::Size> sizes(2 * targets.size());   // outsets, insets
+    for (std::size_t i = 0; i < targets.size(); ++i) {
+        const ViewTarget& t = targets[i];
         const auto scaled = [&](int px) { return std::max(1, static_cast<int>(std::lround(px * s.ratio))); };
         const int side = std::min({s.inset_px > 0 ? s.inset_px : std::max(scaled(t.width_px), scaled(t.height_px)), t.width_px, t.height_px});
-        View v;
-        auto outset = make_image(scaled(t.width_px), scaled(t.height_px));
-        if (!outset) return std::unexpected(outset.error());
-        auto inset = make_image(side, side);
-        if (!inset) return std::unexpected(inset.error());
-        v.outset = *std::move(outset);
-        v.inset = *std::move(inset);
-        v.enlarging = enlarging_plan(v, t, prepared_.shape(views.size()));
-        if (v.enlarging) cpu_resolve_.reserve(*v.enlarging, settings_.resolve_threads);
-        views.push_back(std::move(v));
+        sizes[i] = {scaled(t.width_px), scaled(t.height_px)};
+        sizes[targets.size() + i] = {side, side};
     }
+    if (targets.empty()) return {};
+    auto images = ViewImages::create(sizes, images_wanted_);
+    if (!images) return std::unexpected(images.error());
+    images_ = *std::move(images);
+    samples_ = ViewImages::samples_for(images_wanted_.format, images_wanted_.samples);
+    std::vector<View> views(targets.size());
+    for (std::size_t i = 0; i < targets.size(); ++i) {
+        View& v = views[i];
+        v.outset = images_[i];
+        v.inset = images_[targets.size() + i];
+        v.enlarging = enlarging_plan(v, targets[i], prepared_.shape(i));
+        if (v.enlarging) cpu_resolve_.reserve(*v.enlarging, settings_.resolve_threads);
+    }
+    draw_.assign(sizes.size(), {});
     views_ = std::move(views);
     return {};
 }
@@ -154,7 +166,7 @@ std::optional<density::Plan> InsetOutset::enlarging_plan(const View& v, const Vi
     const bool wanted = settings_.resolver == Resolver::processor || (settings_.resolver == Resolver::automatic && driver_traits().processor_resolve);
     if (!wanted || settings_.inset_outset.contrast > 0) return std::nullopt;
     for (std::uint8_t shift = 1; shift <= 3; ++shift) {
-        if (v.outset.drawn.width() << shift != t.width_px || v.outset.drawn.height() << shift != t.height_px) continue;
+        if (v.outset.width_px << shift != t.width_px || v.outset.height_px << shift != t.height_px) continue;
         density::PlanSettings s{.width_px = t.width_px, .height_px = t.height_px, .level_count = 2};
         s.levels[1] = {shift, shift};
         auto plan = density::Plan::create(s);
@@ -170,7 +182,7 @@ Method::Region InsetOutset::full_region(std::size_t view) const noexcept { retur
 void InsetOutset::place(View& v, const ViewTarget& t, const ViewFocus& focus) const noexcept {
     const density::FocalPoint p = focus.count > 0 ? focus.points[0] : density::FocalPoint{};
     const auto clamped = [](float ndc) { return std::isnan(ndc) ? 0.0 : std::clamp(static_cast<double>(ndc), -1.0, 1.0); };
-    const int side = v.inset.drawn.width();
+    const int side = v.inset.width_px;
     // On whole pixels, so that the inset's pixels are the picture's.
     v.left_px = static_cast<int>(std::lround((clamped(p.x_ndc) + 1) / 2 * t.width_px - side / 2.0));
     v.bottom_px = static_cast<int>(std::lround((clamped(p.y_ndc) + 1) / 2 * t.height_px - side / 2.0));
@@ -180,10 +192,12 @@ void InsetOutset::place(View& v, const ViewTarget& t, const ViewFocus& focus) co
     v.region = {2 * v.x_px / t.width_px - 1, 2 * v.y_px / t.height_px - 1, 2 * sharp / t.width_px, 2 * sharp / t.height_px};
 }
 
-// closed: everything is masked until a disc opens it.
-void InsetOutset::begin_image(const gl::RenderTarget& target, const gl::Clear& clear, bool closed) const noexcept {
-    glBindFramebuffer(GL_FRAMEBUFFER, target.framebuffer());
-    glViewport(0, 0, target.width(), target.height());
+// closed: everything is masked until a disc opens it. Leaves the scissor on the image.
+void InsetOutset::begin_image(const Image& image, const gl::Clear& clear, bool closed) const noexcept {
+    glBindFramebuffer(GL_FRAMEBUFFER, image.framebuffer);
+    glViewport(image.x_px, image.y_px, image.width_px, image.height_px);
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(image.x_px, image.y_px, image.width_px, image.height_px);
     glDepthMask(GL_TRUE);
     glStencilMask(0xff);
     glClearColor(clear.color[0], clear.color[1], clear.color[2], clear.color[3]);
@@ -192,7 +206,7 @@ void InsetOutset::begin_image(const gl::RenderTarget& target, const gl::Clear& c
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
 }
 
-void InsetOutset::mask_disc(const gl::RenderTarget& target, double x, double y, double rx, double ry, bool open) const noexcept {
+void InsetOutset::mask_disc(const Image& image, double x, double y, double rx, double ry, bool open) const noexcept {
     glUseProgram(disc_.name());
     glBindVertexArray(arrays_.name());
     glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
@@ -207,96 +221,72 @@ void InsetOutset::mask_disc(const gl::RenderTarget& target, double x, double y, 
         glStencilFunc(GL_ALWAYS, open ? 0 : 1, 0xff);
         glStencilOp(GL_REPLACE, GL_REPLACE, GL_REPLACE);
     }
-    const double w = target.width(), h = target.height();
+    const double w = image.width_px, h = image.height_px;
     glUniform4f(0, static_cast<float>(2 * x / w - 1), static_cast<float>(2 * y / h - 1), static_cast<float>(2 * rx / w), static_cast<float>(2 * ry / h));
     glUniform1f(1, open ? 1.0f : -1.0f);
     glDrawArrays(GL_TRIANGLE_FAN, 0, kDiscCorners + 2);
     glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
 }
 
-void InsetOutset::end_mask() const noexcept {
-    if (depth_mask_) return;
+void InsetOutset::end_masks() const noexcept {
+    if (depth_mask_ || !settings_.inset_outset.masks) {
+        glDisable(GL_STENCIL_TEST);
+        return;
+    }
     glEnable(GL_STENCIL_TEST);
     glStencilFunc(GL_EQUAL, 0, 0xff);
     glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
 }
 
-void InsetOutset::resolve_samples(const Image& image) const noexcept {
-    if (image.resolved.framebuffer() == 0) return;
-    glDisable(GL_SCISSOR_TEST);
-    glBindFramebuffer(GL_READ_FRAMEBUFFER, image.drawn.framebuffer());
-    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, image.resolved.framebuffer());
-    glBlitFramebuffer(0, 0, image.drawn.width(), image.drawn.height(), 0, 0, image.drawn.width(), image.drawn.height(), GL_COLOR_BUFFER_BIT, GL_NEAREST);
-}
-
-void InsetOutset::draw_outset(View& v, std::uint32_t index, const ViewTarget& t, const gl::CommandList& draws, FrameCost& cost) noexcept {
+// Clears and masks the wide image of an eye; the texels left to shade.
+std::uint64_t InsetOutset::begin_outset(const View& v, const ViewTarget& t, const gl::Clear& clear) const noexcept {
     const InsetOutsetSettings& s = settings_.inset_outset;
-    const gl::RenderTarget& target = v.outset.drawn;
-    const int w = target.width(), h = target.height();
+    const int w = v.outset.width_px, h = v.outset.height_px;
     const double kx = static_cast<double>(w) / t.width_px, ky = static_cast<double>(h) / t.height_px;
-    glDisable(GL_SCISSOR_TEST);
-    glDisable(GL_STENCIL_TEST);
     const bool hidden = s.masks && s.hidden_radius > 0;
-    begin_image(target, draws.clear(), hidden);
+    begin_image(v.outset, clear, hidden);
     std::uint64_t texels = static_cast<std::uint64_t>(w) * static_cast<std::uint64_t>(h);
-    if (s.masks) {
-        if (hidden) {
-            mask_disc(target, w / 2.0, h / 2.0, s.hidden_radius * w / 2, s.hidden_radius * h / 2, true);
-            if (w == h) texels = density::pixels_in_circle(w, h, w / 2.0, h / 2.0, s.hidden_radius * w / 2);
-        }
-        // The hole ends where the blend begins, and before that as far as the filters reach.
-        const double reach = kFilterReach + (s.contrast > 0 ? kContrastReach : 0);
-        const double hole = std::max(0.0, (v.inset.drawn.width() / 2.0 - kRim_px - s.blend_px) * std::min(kx, ky) - reach);
-        if (hole > 0) {
-            mask_disc(target, v.x_px * kx, v.y_px * ky, hole, hole, false);
-            texels -= std::min(texels, density::pixels_in_circle(w, h, v.x_px * kx, v.y_px * ky, hole));
-        }
-        end_mask();
+    if (!s.masks) return texels;
+    if (hidden) {
+        mask_disc(v.outset, w / 2.0, h / 2.0, s.hidden_radius * w / 2, s.hidden_radius * h / 2, true);
+        if (w == h) texels = density::pixels_in_circle(w, h, w / 2.0, h / 2.0, s.hidden_radius * w / 2);
     }
-    cost.draws += static_cast<std::uint32_t>(draws.submit({.view = index, .count_fragments = counter_.enabled()}));
-    ++cost.submissions;
-    cost.pixels_shaded += texels;
-    resolve_samples(v.outset);
+    // The hole ends where the blend begins, and before that as far as the filters reach.
+    const double reach = kFilterReach + (s.contrast > 0 ? kContrastReach : 0);
+    const double hole = std::max(0.0, (v.inset.width_px / 2.0 - kRim_px - s.blend_px) * std::min(kx, ky) - reach);
+    if (hole > 0) {
+        mask_disc(v.outset, v.x_px * kx, v.y_px * ky, hole, hole, false);
+        texels -= std::min(texels, density::pixels_in_circle(w, h, v.x_px * kx, v.y_px * ky, hole));
+    }
+    return texels;
 }
 
-void InsetOutset::draw_inset(View& v, std::uint32_t index, const ViewTarget& t, const gl::CommandList& draws, FrameCost& cost) noexcept {
-    const gl::RenderTarget& target = v.inset.drawn;
-    const int side = target.width();
-    glDisable(GL_STENCIL_TEST);
+// The same for the narrow image; `view` is how it is drawn.
+std::uint64_t InsetOutset::begin_inset(const View& v, const ViewTarget& t, const gl::Clear& clear, ViewImages::View& view) const noexcept {
+    const Image& image = v.inset;
+    const int side = image.width_px;
     // The part of the image that lies inside the view.
     const int x0 = std::max(0, -v.left_px), y0 = std::max(0, -v.bottom_px);
     const int x1 = std::min(side, t.width_px - v.left_px), y1 = std::min(side, t.height_px - v.bottom_px);
-    if (x0 >= x1 || y0 >= y1) return;
-    glEnable(GL_SCISSOR_TEST);
-    glScissor(x0, y0, x1 - x0, y1 - y0);
-    const bool masks = settings_.inset_outset.masks;
-    begin_image(target, draws.clear(), masks);
-    std::uint64_t texels = static_cast<std::uint64_t>(x1 - x0) * static_cast<std::uint64_t>(y1 - y0);
-    if (masks) {
-        mask_disc(target, side / 2.0, side / 2.0, side / 2.0, side / 2.0, true);
-        end_mask();
-        texels = density::pixels_in_circle(x1 - x0, y1 - y0, side / 2.0 - x0, side / 2.0 - y0, side / 2.0);
-    }
     const double sx = static_cast<double>(t.width_px) / side, sy = static_cast<double>(t.height_px) / side;
     const double cx = 2 * v.x_px / t.width_px - 1, cy = 2 * v.y_px / t.height_px - 1;
-    const gl::Box box{static_cast<float>(cx - 1 / sx), static_cast<float>(cy - 1 / sy), static_cast<float>(cx + 1 / sx), static_cast<float>(cy + 1 / sy)};
-    cost.draws += static_cast<std::uint32_t>(
-        draws.submit({.view = index,
-                      .crop = {static_cast<float>(sx), static_cast<float>(sy), static_cast<float>(-cx * sx), static_cast<float>(-cy * sy)},
-                      .only_in = {&box, 1},
-                      .count_fragments = counter_.enabled()}));
-    ++cost.submissions;
-    cost.pixels_shaded += texels;
-    resolve_samples(v.inset);
+    view.crop = {static_cast<float>(sx), static_cast<float>(sy), static_cast<float>(-cx * sx), static_cast<float>(-cy * sy)};
+    view.only_in = {static_cast<float>(cx - 1 / sx), static_cast<float>(cy - 1 / sy), static_cast<float>(cx + 1 / sx), static_cast<float>(cy + 1 / sy)};
+    const bool masks = settings_.inset_outset.masks;
+    begin_image(image, clear, masks);
+    if (!masks) return static_cast<std::uint64_t>(side) * static_cast<std::uint64_t>(side);
+    glScissor(image.x_px + x0, image.y_px + y0, x1 - x0, y1 - y0);   // what is outside stays closed
+    mask_disc(image, side / 2.0, side / 2.0, side / 2.0, side / 2.0, true);
+    return density::pixels_in_circle(x1 - x0, y1 - y0, side / 2.0 - x0, side / 2.0 - y0, side / 2.0);
 }
 
 void InsetOutset::compose(const View& v, const ViewTarget& t, const gl::FramebufferShape& shape) noexcept {
     const InsetOutsetSettings& s = settings_.inset_outset;
     const float w = static_cast<float>(t.width_px), h = static_cast<float>(t.height_px);
-    const float side = static_cast<float>(v.inset.drawn.width());
+    const float side = static_cast<float>(v.inset.width_px);
     if (v.enlarging) {
-        const gl::Name outset = v.outset.resolved.framebuffer() != 0 ? v.outset.resolved.framebuffer() : v.outset.drawn.framebuffer();
-        const std::array<CpuResolve::Level, 2> levels{{{}, {outset, 0, 0, v.outset.drawn.width(), v.outset.drawn.height()}}};
+        const Image& o = v.outset;
+        const std::array<CpuResolve::Level, 2> levels{{{}, {o.picture, 0, 0, o.width_px, o.height_px, o.x_px, o.y_px}}};
         cpu_resolve_.run(*v.enlarging, t, shape, levels, gl::Filter::linear);
     }
     glBindFramebuffer(GL_FRAMEBUFFER, t.framebuffer);
@@ -307,10 +297,11 @@ void InsetOutset::compose(const View& v, const ViewTarget& t, const gl::Framebuf
     glDisable(GL_CULL_FACE);
     glDisable(GL_BLEND);
     glBindVertexArray(arrays_.name());
+    const GLenum kind = images_.layered() ? GL_TEXTURE_2D_ARRAY : GL_TEXTURE_2D;
     glActiveTexture(GL_TEXTURE1);
-    glBindTexture(GL_TEXTURE_2D, v.inset.texture());
+    glBindTexture(kind, v.inset.texture);
     glActiveTexture(GL_TEXTURE0);
-    glBindTexture(GL_TEXTURE_2D, v.outset.texture());
+    glBindTexture(kind, v.outset.texture);
     // The inset's square, inside the picture, and the four rectangles around it.
     const float x0 = std::max(0.0f, static_cast<float>(v.left_px)), y0 = std::max(0.0f, static_cast<float>(v.bottom_px));
     const float x1 = std::min(w, static_cast<float>(v.left_px) + side), y1 = std::min(h, static_cast<float>(v.bottom_px) + side);
@@ -322,7 +313,13 @@ void InsetOutset::compose(const View& v, const ViewTarget& t, const gl::Framebuf
     for (const gl::Program* p : {&far_, &near_}) {
         glUseProgram(p->name());
         glUniform2f(1, w, h);
-        if (s.contrast > 0) glUniform1f(2, static_cast<float>(s.contrast));
+        const auto f = [](int px) { return static_cast<float>(px); };
+        if (s.contrast > 0) {
+            glUniform1f(2, static_cast<float>(s.contrast));
+            glUniform2f(7, f(v.outset.width_px), f(v.outset.height_px));
+        }
+        if (images_.layered()) glUniform2i(6, v.outset.layer, v.inset.layer);
+        else if (images_.parted()) glUniform4f(5, f(v.outset.x_px), f(v.outset.y_px), f(v.outset.width_px), f(v.outset.height_px));
         if (p == &far_) {
             if (v.enlarging) continue;
             rectangle(0, 0, w, y0);
@@ -332,7 +329,7 @@ void InsetOutset::compose(const View& v, const ViewTarget& t, const gl::Framebuf
         } else {
             glUniform4f(3, static_cast<float>(v.x_px), static_cast<float>(v.y_px), side / 2 - static_cast<float>(kRim_px),
                         static_cast<float>(std::max(s.blend_px, 1e-3)));
-            glUniform2f(4, static_cast<float>(v.left_px), static_cast<float>(v.bottom_px));
+            glUniform2f(4, static_cast<float>(v.left_px - v.inset.x_px), static_cast<float>(v.bottom_px - v.inset.y_px));
             rectangle(x0, y0, x1, y1);
         }
     }
@@ -344,9 +341,12 @@ FrameCost InsetOutset::submit(const gl::CommandList& draws, std::span<const View
     FrameCost cost;
     counter_.begin();
     const auto foveated = [&](std::size_t i) { return !draws.empty() && *prepared_.obstacle(targets, i, draws.clear()) == 0; };
+    std::size_t foveated_views = 0;
+    glDisable(GL_STENCIL_TEST);
     for (std::size_t i = 0; i < targets.size(); ++i) {
         const auto index = static_cast<std::uint32_t>(i);
         if (!foveated(i)) {
+            if (2 * i < draw_.size()) draw_[i].only_in = draw_[draw_.size() / 2 + i].only_in = {0, 0, 0, 0};   // left out
             submit_full_view(draws, index, targets[i], counter_.enabled(), cost, prepared_.ready(targets) ? &prepared_.shape(i) : nullptr);
             if (draws.empty()) continue;
             cost.fell_back = true;
@@ -354,10 +354,18 @@ FrameCost InsetOutset::submit(const gl::CommandList& draws, std::span<const View
             continue;
         }
         cost.pixels_full += static_cast<std::uint64_t>(targets[i].width_px) * static_cast<std::uint64_t>(targets[i].height_px);
+        ++foveated_views;
+        ViewImages::View &wide = draw_[i], &narrow = draw_[targets.size() + i];
+        wide = narrow = {.view = index};
         place(views_[i], targets[i], focus[i]);
-        draw_outset(views_[i], index, targets[i], draws, cost);
-        draw_inset(views_[i], index, targets[i], draws, cost);
+        cost.pixels_shaded += begin_outset(views_[i], targets[i], draws.clear());
+        cost.pixels_shaded += begin_inset(views_[i], targets[i], draws.clear(), narrow);
     }
+    if (foveated_views == 0) return cost;
+    end_masks();
+    images_.draw(draws, draw_, counter_.enabled(), cost);
+    images_.resolve();
+    cost.samples = samples_;
     for (std::size_t i = 0; i < targets.size(); ++i)
         if (foveated(i)) compose(views_[i], targets[i], prepared_.shape(i));
     return cost;

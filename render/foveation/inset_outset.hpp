@@ -10,7 +10,8 @@
 // paper's suggestion for quality), blend 100 px (the paper's).
 // The inset is drawn through an offset projection: its pixels equal a full render's up to the rounding of interpolation,
 // so exact_fovea() is false.
-// Cost: two submissions a view. MSAA on all four views; the driver's maximum limits it.
+// All four views are one submission where the driver draws several views at once (view_images.hpp), else two a view.
+// Cost: MSAA on all four views; the driver's maximum limits it.
 #pragma once
 
 #include <optional>
@@ -20,6 +21,7 @@
 #include "render/foveation/fragment_counter.hpp"
 #include "render/foveation/method.hpp"
 #include "render/foveation/prepared.hpp"
+#include "render/foveation/view_images.hpp"
 
 namespace fovea::foveation {
 
@@ -33,15 +35,12 @@ public:
                      std::span<const ViewFocus> focus) noexcept override;
     [[nodiscard]] const density::Plan* plan(std::size_t) const noexcept override { return nullptr; }
     [[nodiscard]] Region full_region(std::size_t view) const noexcept override;
+    [[nodiscard]] gl::ViewsAtOnce views_at_once() const noexcept override { return images_.at_once(); }
     [[nodiscard]] double outside_scale() const noexcept override { return settings_.inset_outset.ratio; }
     [[nodiscard]] std::uint64_t counted_fragments() override { return counter_.read(); }
 
 private:
-    struct Image {
-        gl::RenderTarget drawn;      // multisampled if asked for
-        gl::RenderTarget resolved;   // single-sampled copy; empty without MSAA
-        [[nodiscard]] gl::Name texture() const noexcept { return resolved.framebuffer() != 0 ? resolved.color_texture() : drawn.color_texture(); }
-    };
+    using Image = ViewImages::Image;
     struct View {
         Image outset, inset;
         double x_px = 0, y_px = 0;       // the inset's middle, whole-picture pixels
@@ -51,16 +50,14 @@ private:
     };
 
     explicit InsetOutset(const MethodSettings& settings) : settings_(settings), counter_(settings.count_fragments) {}
-    [[nodiscard]] Result<Image> make_image(int width_px, int height_px) const;
     [[nodiscard]] std::optional<density::Plan> enlarging_plan(const View& view, const ViewTarget& target, const gl::FramebufferShape& shape) const;
     [[nodiscard]] Result<void> make_views(std::span<const ViewTarget> targets);
     void place(View& view, const ViewTarget& target, const ViewFocus& focus) const noexcept;
-    void begin_image(const gl::RenderTarget& target, const gl::Clear& clear, bool closed) const noexcept;
-    void mask_disc(const gl::RenderTarget& target, double x_px, double y_px, double rx_px, double ry_px, bool open) const noexcept;
-    void end_mask() const noexcept;
-    void resolve_samples(const Image& image) const noexcept;
-    void draw_outset(View& view, std::uint32_t index, const ViewTarget& t, const gl::CommandList& draws, FrameCost& cost) noexcept;
-    void draw_inset(View& view, std::uint32_t index, const ViewTarget& t, const gl::CommandList& draws, FrameCost& cost) noexcept;
+    void begin_image(const Image& image, const gl::Clear& clear, bool closed) const noexcept;
+    void mask_disc(const Image& image, double x_px, double y_px, double rx_px, double ry_px, bool open) const noexcept;
+    void end_masks() const noexcept;
+    [[nodiscard]] std::uint64_t begin_outset(const View& view, const ViewTarget& target, const gl::Clear& clear) const noexcept;
+    [[nodiscard]] std::uint64_t begin_inset(const View& view, const ViewTarget& target, const gl::Clear& clear, ViewImages::View& drawn) const noexcept;
     void compose(const View& view, const ViewTarget& target, const gl::FramebufferShape& shape) noexcept;
 
     MethodSettings settings_;
@@ -70,6 +67,10 @@ private:
     gl::Program disc_, far_, near_;
     gl::VertexArray arrays_;
     Prepared prepared_;
+    ViewImages::Settings images_wanted_;
+    ViewImages images_;                     // all outsets, then all insets
+    int samples_ = 0;                       // that they have
+    std::vector<ViewImages::View> draw_;    // likewise
     std::vector<View> views_;
 };
 

@@ -54,6 +54,8 @@ struct FrameCost {
     const char* why = "";
     bool fell_back = false;            // drawn in full because a target could not be had, or the frame could not be foveated
     const char* note = "";             // why it fell back; a string that lives for ever
+    gl::ViewDrawing drawing = gl::ViewDrawing::repeated;   // how several views were drawn
+    int samples = 0;                   // a pixel, of the method's own images: what was asked for, or what the driver has
 };
 
 // A method that chooses has settled on another executor.
@@ -83,7 +85,11 @@ struct InsetOutsetSettings {
     double blend_px = 50;        // width of the smoothstep between the two, inward from the inset's circle; >= 0
     double contrast = 0;         // how much of the contrast lost by enlarging is put back, 0 (off) to 4
     double hidden_radius = 0;    // NDC: nothing outside is seen through the lens, and it is not shaded; 0: all is seen
-    int samples = 0;             // MSAA 0, 2, 4, 8 of all four views, at most the driver's maximum
+    int samples = 0;             // MSAA 0, 2, 4, 8 of all four views; the most of them that the driver has, FrameCost says how many
+    // How the views are drawn: by one draw for all of them where the list has programs for it (Method::views_at_once()).
+    // Nothing: multiview2 where the driver has it, else repeated; what cannot be had is replaced by the next of
+    // multiview2, instanced, repeated.
+    std::optional<gl::ViewDrawing> drawing = std::nullopt;
     bool masks = true;           // circular masks in both
 };
 
@@ -129,6 +135,9 @@ public:
     // submit() does both. The cost of both is in what submit() returns.
     [[nodiscard]] virtual bool late_fovea() const noexcept { return false; }
     virtual void submit_early(const gl::CommandList&, std::span<const ViewTarget>, std::span<const ViewFocus>) noexcept {}
+    // After prepare(): which programs a list's draws need for this method to draw several views at once
+    // (gl::Draw::views_program). repeated: none. A list without them is drawn view by view.
+    [[nodiscard]] virtual gl::ViewsAtOnce views_at_once() const noexcept { return {}; }
     // True if a lost gaze should reach the method as a focus without points, rather than as the static focal point.
     [[nodiscard]] virtual bool wants_gaze_status() const noexcept { return false; }
     // How long the last frame took, submit to GPU done: methods that choose between executors learn from it.

@@ -6,6 +6,7 @@
 //   samplers, bindings 3 and 4        the draw's own textures, where it has any
 //   uniform vec4, location 0 of the vertex stage (`crop`), gl_Position.xy = p.xy * crop.xy + p.w * crop.zw
 //                                     chooses a part of the view; {1, 1, 0, 0} is the whole view, bit for bit
+// Programs that draw several views at once: render/gl/view_drawing.hpp. They read a `View` block of all views' data.
 // Viewport, scissor, stencil and the framebuffer belong to the method and are never touched here.
 // Threads: the context's. add() allocates only beyond the capacity of earlier frames; submit() never.
 #pragma once
@@ -16,6 +17,7 @@
 #include <vector>
 
 #include "render/gl/objects.hpp"
+#include "render/gl/view_drawing.hpp"
 
 namespace fovea::gl {
 
@@ -32,6 +34,7 @@ struct Box {
 struct Draw {
     Name program = 0;
     Name counting_program = 0;    // the same, adding its fragments to atomic counter binding 0; 0: none
+    Name views_program = 0, views_counting_program = 0;   // the same, all views at once (Buffers::at_once); 0: none
     Name vertex_array = 0;        // with an index buffer of uint32
     std::uint32_t index_count = 0, first_index = 0;
     std::uint32_t object_offset = 0;   // of this draw's Object block, bytes
@@ -58,6 +61,18 @@ struct Pass {
     bool count_fragments = false;
 };
 
+// One submission of several views by one draw each.
+struct ViewsPass {
+    struct View {
+        std::uint32_t view = 0;   // of the list: bounds, and part of the View buffer
+        std::array<float, 4> crop{1, 1, 0, 0};
+        std::array<float, 4> part{1, 1, 0, 0};   // of the framebuffer, NDC: scale and middle; instanced only
+        Box only_in{-4, -4, 4, 4};               // a draw that touches no view's box is left out
+    };
+    std::span<const View> views;   // as many as the list's programs draw at once
+    bool count_fragments = false;
+};
+
 class CommandList {
 public:
     // The buffers must outlive the submissions. Strides and offsets: multiples of the driver's uniform alignment
@@ -67,6 +82,7 @@ public:
         std::uint32_t view_stride = 0, view_size = 0;
         Name object = 0;
         std::uint32_t object_size = 0;
+        ViewsAtOnce at_once;   // of the draws' views_program; repeated: they have none
     };
     // Forgets the draws, keeps the memory.
     void begin(const Clear& clear, const Buffers& buffers) noexcept;
@@ -81,8 +97,15 @@ public:
 
     // Issues the draws with depth test on. Returns how many were issued.
     std::size_t submit(const Pass& pass) const noexcept;
+    // True if every draw can be drawn so.
+    [[nodiscard]] bool draws_at_once(const ViewsAtOnce& at_once, bool count_fragments) const noexcept;
+    // The same for several views, only if draws_at_once().
+    std::size_t submit_views(const ViewsPass& pass) const noexcept;
 
 private:
+    template <class Wanted, class Use>
+    std::size_t issue(std::uint32_t views, Wanted&& wanted, Use&& use) const noexcept;
+
     Clear clear_;
     Buffers buffers_;
     std::vector<Draw> draws_;

@@ -3,21 +3,13 @@
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
 
+#include <algorithm>
 #include <array>
 
 #include "render/gl/context.hpp"
 
 namespace fovea::gl {
 namespace {
-
-GLenum internal_format(ColorFormat f) noexcept {
-    switch (f) {
-        case ColorFormat::rgba8: return GL_RGBA8;
-        case ColorFormat::srgb8_alpha8: return GL_SRGB8_ALPHA8;
-        case ColorFormat::rgba16f: return GL_RGBA16F;
-    }
-    return GL_RGBA8;
-}
 
 // The source with line numbers: the driver's messages refer to them.
 std::string numbered(std::string_view source) {
@@ -66,6 +58,30 @@ Result<Program> link(std::string_view name, std::span<const Name> shaders) {
 }
 
 }  // namespace
+
+std::uint32_t internal_format(ColorFormat f) noexcept {
+    switch (f) {
+        case ColorFormat::rgba8: return GL_RGBA8;
+        case ColorFormat::srgb8_alpha8: return GL_SRGB8_ALPHA8;
+        case ColorFormat::rgba16f: return GL_RGBA16F;
+    }
+    return GL_RGBA8;
+}
+
+int samples_at_most(ColorFormat format, int wanted) noexcept {
+    int best = wanted;
+    for (const GLenum f : {static_cast<GLenum>(internal_format(format)), static_cast<GLenum>(GL_DEPTH24_STENCIL8)}) {
+        std::array<GLint, 16> have{};
+        GLint count = 0;
+        glGetInternalformativ(GL_RENDERBUFFER, f, GL_NUM_SAMPLE_COUNTS, 1, &count);
+        glGetInternalformativ(GL_RENDERBUFFER, f, GL_SAMPLES, static_cast<GLsizei>(have.size()), have.data());
+        int most = 0;
+        for (int i = 0; i < std::min(count, static_cast<GLint>(have.size())); ++i)
+            if (have[static_cast<std::size_t>(i)] <= best) most = std::max(most, have[static_cast<std::size_t>(i)]);
+        best = most;
+    }
+    return best > 1 ? best : 0;
+}
 
 void destroy(ObjectKind kind, Name name) noexcept {
     if (eglGetCurrentContext() == EGL_NO_CONTEXT) return;   // it was lost or destroyed first: its objects went with it

@@ -37,7 +37,7 @@ bool mirrors(const Mat4& m) noexcept {
 Result<gl::Name> ModelDraws::program(const ShaderOptions& options) {
     for (const Variant& v : programs_)
         if (v.options == options) return v.program.name();
-    auto built = gl::build_program("scene model", vertex_shader(Family::model), fragment_shader(options));
+    auto built = gl::build_program("scene model", vertex_shader(Family::model, options.at_once), fragment_shader(options));
     if (!built) return std::unexpected(built.error());
     programs_.push_back({options, *std::move(built)});
     return programs_.back().program.name();
@@ -70,7 +70,32 @@ Result<gl::Name> ModelDraws::texture(int image, bool srgb, bool repeat) {
     return textures_.back().texture.name();
 }
 
-Result<void> ModelDraws::add_items(bool count_fragments, int extra_lights) {
+ShaderOptions ModelDraws::options_of(const Part& part) const noexcept {
+    const ModelMaterial& m = model_.materials[part.material];
+    return {.family = Family::model, .extra_lights = extra_lights_, .color_image = m.color_image >= 0, .surface_image = m.surface_image >= 0, .cut_out = m.alpha_cutoff > 0};
+}
+
+Result<void> ModelDraws::draw_at_once(const gl::ViewsAtOnce& how) {
+    std::vector<std::array<gl::Name, 2>> made(draws_.size());
+    for (std::size_t i = 0; i < draws_.size() && how.drawing != gl::ViewDrawing::repeated; ++i)
+        for (const bool count : {false, true}) {
+            if (count && !count_fragments_) continue;
+            ShaderOptions o = options_of(model_.parts[draws_[i].part]);
+            o.at_once = how;
+            o.count_fragments = count;
+            const auto p = program(o);
+            if (!p) return std::unexpected(p.error());
+            made[i][count] = *p;
+        }
+    for (std::size_t i = 0; i < draws_.size(); ++i) {
+        draws_[i].draw.views_program = made[i][0];
+        draws_[i].draw.views_counting_program = made[i][1];
+    }
+    std::erase_if(programs_, [&](const Variant& v) { return v.options.at_once != gl::ViewsAtOnce{} && v.options.at_once != how; });
+    return {};
+}
+
+Result<void> ModelDraws::add_items() {
     const std::vector<bool> moving = moving_nodes(model_);
     for (std::size_t n = 0; n < model_.nodes.size(); ++n) {
         const Node& node = model_.nodes[n];
@@ -82,11 +107,11 @@ Result<void> ModelDraws::add_items(bool count_fragments, int extra_lights) {
             Item item;
             item.node = static_cast<std::uint32_t>(n);
             item.part = p;
-            ShaderOptions o{.family = Family::model, .extra_lights = extra_lights, .color_image = m.color_image >= 0, .surface_image = m.surface_image >= 0, .cut_out = m.alpha_cutoff > 0};
+            ShaderOptions o = options_of(part);
             auto plain = program(o);
             if (!plain) return std::unexpected(plain.error());
             item.draw.program = *plain;
-            if (count_fragments) {
+            if (count_fragments_) {
                 o.count_fragments = true;
                 auto counting = program(o);
                 if (!counting) return std::unexpected(counting.error());
@@ -119,7 +144,9 @@ Result<ModelDraws> ModelDraws::create(Model model, bool count_fragments, int ext
     d.model_ = std::move(model);
     const std::uint32_t alignment = gl::uniform_alignment();
     d.stride_ = (static_cast<std::uint32_t>(sizeof(ObjectBlock)) + alignment - 1) / alignment * alignment;
-    if (auto ok = d.add_items(count_fragments, extra_lights); !ok) return std::unexpected(ok.error());
+    d.count_fragments_ = count_fragments;
+    d.extra_lights_ = extra_lights;
+    if (auto ok = d.add_items(); !ok) return std::unexpected(ok.error());
     d.model_.images = {};
     d.vertices_ = gl::create_vertex_buffer(std::as_bytes(std::span(d.model_.vertices)));
     d.indices_ = gl::create_vertex_buffer(std::as_bytes(std::span(d.model_.indices)));

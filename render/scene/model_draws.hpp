@@ -26,6 +26,8 @@ class ModelDraws {
 public:
     // Keeps nodes, tracks and parts of the model; its vertices and pictures go to the GPU.
     [[nodiscard]] static Result<ModelDraws> create(Model model, bool count_fragments, int extra_lights);
+    // As Scene::draw_at_once().
+    [[nodiscard]] Result<void> draw_at_once(const gl::ViewsAtOnce& how);
     // Places the objects. The first call after create(): nothing has moved.
     void move_to(double time_s) noexcept;
 
@@ -49,10 +51,13 @@ private:
     };
     [[nodiscard]] Result<gl::Name> program(const ShaderOptions& options);
     [[nodiscard]] Result<gl::Name> texture(int image, bool srgb, bool repeat);
-    [[nodiscard]] Result<void> add_items(bool count_fragments, int extra_lights);
+    [[nodiscard]] ShaderOptions options_of(const Part& part) const noexcept;
+    [[nodiscard]] Result<void> add_items();
     void write(std::size_t i) noexcept;
 
     Model model_;
+    bool count_fragments_ = false;
+    int extra_lights_ = 0;
     std::vector<Variant> programs_;
     struct Upload {
         int image = -1;

@@ -20,8 +20,9 @@ struct ViewBlock {
     std::array<float, 16> clip_from_world;
     std::array<float, 4> eye;
     std::array<std::array<float, 4>, kLights> light_position, light_color;
+    std::array<std::array<float, 4>, 15> unused;
 };
-static_assert(sizeof(ViewBlock) == 64 + 16 + 2 * 16 * kLights);
+static_assert(sizeof(ViewBlock) == 512, "as in the shaders; a multiple of every driver's uniform alignment (at most 256)");
 
 constexpr std::array<std::array<float, 4>, kLights> kLightColors{{{7.0f, 2.4f, 0.7f, 0}, {0.6f, 2.6f, 7.0f, 0}, {6.5f, 0.8f, 1.6f, 0},
                                                                    {1.2f, 6.0f, 2.2f, 0}, {5.5f, 4.6f, 1.2f, 0}, {3.0f, 1.0f, 6.5f, 0}}};
@@ -38,12 +39,29 @@ struct Scene::State {
     Source source;   // without its geometry, which is on the GPU
     std::optional<ModelDraws> model;
     std::array<gl::Program, kFamilies> programs, counting;   // those that the mesh needs
+    std::array<gl::Program, kFamilies> at_once_programs, at_once_counting;
+    gl::ViewsAtOnce at_once;   // what those are
     gl::VertexArray arrays;
     gl::Buffer vertices, indices, views;
-    std::uint32_t view_stride = 0;
     std::vector<Chunk> chunks;
     std::vector<std::pair<double, std::uint32_t>> order;   // scratch of record()
     std::size_t triangles = 0;
+
+    // The programs of the chunks' families.
+    Result<void> build(const gl::ViewsAtOnce& how, std::array<gl::Program, kFamilies>& plain, std::array<gl::Program, kFamilies>& with_counter) const {
+        for (const Chunk& c : chunks) {
+            const auto f = static_cast<std::size_t>(c.family);
+            for (const bool count : {false, true}) {
+                gl::Program& program = (count ? with_counter : plain)[f];
+                if (program || (count && !settings.count_fragments)) continue;
+                auto built = gl::build_program("scene " + settings.name, vertex_shader(Family::board, how),
+                                               fragment_shader({.family = c.family, .count_fragments = count, .extra_lights = settings.extra_lights, .at_once = how}));
+                if (!built) return std::unexpected(built.error());
+                program = *std::move(built);
+            }
+        }
+        return {};
+    }
 };
 
 Scene::Scene(std::unique_ptr<State> state) noexcept : state_(std::move(state)) {}
@@ -70,18 +88,8 @@ Result<Scene> Scene::create(const SceneSettings& settings, Source source) {
     }
     source.model.reset();
     state->source = std::move(source);
-    for (const Chunk& c : mesh.chunks) {
-        const auto f = static_cast<std::size_t>(c.family);
-        for (const bool count : {false, true}) {
-            gl::Program& program = (count ? state->counting : state->programs)[f];
-            if (program || (count && !settings.count_fragments)) continue;
-            auto built = gl::build_program("scene " + settings.name, vertex_shader(),
-                                           fragment_shader({.family = c.family, .count_fragments = count, .extra_lights = settings.extra_lights}));
-            if (!built) return std::unexpected(built.error());
-            program = *std::move(built);
-        }
-    }
     state->chunks = std::move(mesh.chunks);
+    if (auto ok = state->build({}, state->programs, state->counting); !ok) return std::unexpected(ok.error());
     state->order.resize(state->chunks.size() + (state->model ? state->model->size() : 0));
     state->vertices = gl::create_vertex_buffer(std::as_bytes(std::span(mesh.vertices)));
     state->indices = gl::create_vertex_buffer(std::as_bytes(std::span(mesh.indices)));
@@ -96,10 +104,21 @@ Result<Scene> Scene::create(const SceneSettings& settings, Source source) {
     for (GLuint i = 0; i < 4; ++i) glEnableVertexAttribArray(i);
     glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, state->indices.name());
     glBindVertexArray(0);
-    const std::uint32_t alignment = gl::uniform_alignment();
-    state->view_stride = (static_cast<std::uint32_t>(sizeof(ViewBlock)) + alignment - 1) / alignment * alignment;
-    state->views = gl::create_dynamic_buffer(std::size_t{state->view_stride} * gl::kListViews);
+    state->views = gl::create_dynamic_buffer(sizeof(ViewBlock) * gl::kListViews);
     return Scene(std::move(state));
+}
+
+Result<void> Scene::draw_at_once(const gl::ViewsAtOnce& how) {
+    if (how == state_->at_once) return {};
+    std::array<gl::Program, kFamilies> plain, counting;
+    if (how.drawing != gl::ViewDrawing::repeated)
+        if (auto ok = state_->build(how, plain, counting); !ok) return ok;
+    if (state_->model)
+        if (auto ok = state_->model->draw_at_once(how); !ok) return ok;
+    state_->at_once_programs = std::move(plain);
+    state_->at_once_counting = std::move(counting);
+    state_->at_once = how;
+    return {};
 }
 
 std::string_view Scene::name() const noexcept { return state_->source.name; }
@@ -127,13 +146,13 @@ void Scene::record(double time_s, std::span<const SceneView> views, gl::CommandL
         std::transform(clip[v].begin(), clip[v].end(), block.clip_from_world.begin(), [](double x) { return static_cast<float>(x); });
         block.eye = {static_cast<float>(pose.x_m + views[v].offset_m * std::cos(pose.yaw_rad)), static_cast<float>(pose.y_m),
                      static_cast<float>(pose.z_m - views[v].offset_m * std::sin(pose.yaw_rad)), static_cast<float>(t)};
-        gl::update_buffer(s.views, v * s.view_stride, std::as_bytes(std::span(&block, 1)));
+        gl::update_buffer(s.views, v * sizeof(ViewBlock), std::as_bytes(std::span(&block, 1)));
     }
     ModelDraws* model = state_->model ? &*state_->model : nullptr;
     if (model != nullptr) model->move_to(t);
     list.begin({.color = {0.05f, 0.06f, 0.09f, 1}},
-               {.view = s.views.name(), .view_stride = s.view_stride, .view_size = sizeof(ViewBlock), .object = model != nullptr ? model->objects().name() : 0,
-                .object_size = model != nullptr ? static_cast<std::uint32_t>(sizeof(ObjectBlock)) : 0});
+               {.view = s.views.name(), .view_stride = sizeof(ViewBlock), .view_size = sizeof(ViewBlock), .object = model != nullptr ? model->objects().name() : 0,
+                .object_size = model != nullptr ? static_cast<std::uint32_t>(sizeof(ObjectBlock)) : 0, .at_once = s.at_once});
     // Front to back, so that the depth test saves hidden fragments; what encloses the camera comes last, and after it what
     // is seen through, back to front.
     const auto distance = [&](const Aabb& bounds) {
@@ -157,8 +176,11 @@ void Scene::record(double time_s, std::span<const SceneView> views, gl::CommandL
         const bool procedural = index < chunks;
         if (procedural) {
             const Chunk& c = s.chunks[index];
-            d.program = s.programs[static_cast<std::size_t>(c.family)].name();
-            d.counting_program = s.counting[static_cast<std::size_t>(c.family)].name();
+            const auto f = static_cast<std::size_t>(c.family);
+            d.program = s.programs[f].name();
+            d.counting_program = s.counting[f].name();
+            d.views_program = s.at_once_programs[f].name();
+            d.views_counting_program = s.at_once_counting[f].name();
             d.vertex_array = s.arrays.name();
             d.first_index = c.first_index;
             d.index_count = c.index_count;

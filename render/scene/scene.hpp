@@ -51,6 +51,9 @@ public:
     // The objects that move on their own, each with its transform in this and in the previously recorded frame: known
     // motion for a frame extrapolation. Of the last record(); empty where nothing does.
     [[nodiscard]] std::span<const ObjectMotion> motion() const noexcept;
+    // Draws recorded from now on have programs that draw several views at once, too (Method::views_at_once()); repeated:
+    // they have none. Cheap when nothing changes. Errors: a shader that does not compile; it then draws as before.
+    [[nodiscard]] Result<void> draw_at_once(const gl::ViewsAtOnce& how);
     // views: 1 to gl::kListViews.
     void record(double time_s, std::span<const SceneView> views, gl::CommandList& list) const noexcept;
 

@@ -4,17 +4,20 @@ namespace fovea::scene {
 namespace {
 
 constexpr const char* kViewBlock = R"(
-layout(std140, binding = 0) uniform View {
+precision highp float;
+precision highp int;
+struct ViewData {
     mat4 clip_from_world;
     vec4 eye;                 // xyz metres, w seconds
     vec4 light_position[6];   // xyz metres, w 1/radius
     vec4 light_color[6];
+    vec4 unused[15];          // to 512 bytes: a multiple of what any driver aligns to
 };
+layout(std140, binding = 0) uniform View { ViewData views[VIEW_DATA]; };
+#define view views[VIEW_INDEX]
 )";
 
 constexpr const char* kVertex = R"(
-precision highp float;
-layout(location = 0) uniform vec4 crop;
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec4 normal_in;
 layout(location = 2) in vec2 uv_in;
@@ -28,8 +31,7 @@ void main() {
     normal = normal_in.xyz;
     uv = uv_in;
     material = material_in.xy;
-    vec4 p = clip_from_world * vec4(position, 1.0);
-    gl_Position = vec4(p.xy * crop.xy + p.w * crop.zw, p.zw);
+    place_in_view(view.clip_from_world * vec4(position, 1.0));
 }
 )";
 
@@ -44,8 +46,6 @@ layout(std140, binding = 1) uniform Object {
 )";
 
 constexpr const char* kModelVertex = R"(
-precision highp float;
-layout(location = 0) uniform vec4 crop;
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec4 normal_in;
 layout(location = 2) in vec2 uv_in;
@@ -59,8 +59,7 @@ void main() {
     normal = mat3(normal_columns[0].xyz, normal_columns[1].xyz, normal_columns[2].xyz) * normal_in.xyz;
     uv = uv_in;
     material = uvec2(0u);
-    vec4 p = clip_from_world * w;
-    gl_Position = vec4(p.xy * crop.xy + p.w * crop.zw, p.zw);
+    place_in_view(view.clip_from_world * w);
 }
 )";
 
@@ -210,10 +209,10 @@ Surface surface(uvec2 m, vec3 n, vec3 where, vec2 p) {
         if (n.y > 0.9 && seed < 128.0)
             s.albedo = mix(s.albedo, vec3(0.8), text((p - vec2(0.035, 0.03)) * vec2(22.0, 12.0), vec2(3.0, 1.0), m.y * 31u));
     } else if (m.x == 5u) {   // lamps
-        vec3 c = light_color[int(m.y) % 6].rgb;
+        vec3 c = view.light_color[int(m.y) % 6].rgb;
         s.albedo = c * 0.3;
         s.rough = 0.1;
-        s.glow = c * (1.6 + 0.5 * sin(eye.w * 2.0 + seed));
+        s.glow = c * (1.6 + 0.5 * sin(view.eye.w * 2.0 + seed));
     } else if (m.x == 6u) {   // anodised heat sinks
         float brush = noise(vec2(p.x * 6.0, p.y * 180.0));
         vec3 c = seed < 128.0 ? vec3(0.03, 0.06, 0.16) : vec3(0.16, 0.16, 0.17);
@@ -282,7 +281,7 @@ void main() {
 #ifdef COUNT_FRAGMENTS
     atomicCounterIncrement(fragments);
 #endif
-    vec3 to_eye = eye.xyz - world;
+    vec3 to_eye = view.eye.xyz - world;
     float range = length(to_eye);
     vec3 v = to_eye / range;
 #if FAMILY == 2
@@ -300,10 +299,10 @@ void main() {
     vec3 sum = s.glow;
     sum += shade_light(s, n, v, vec3(-0.48, 0.80, 0.36), vec3(2.1, 1.95, 1.75), f0, a2, nv);
     for (int i = 0; i < 6 + EXTRA_LIGHTS; ++i) {
-        vec4 at = light_position[i % 6];
+        vec4 at = view.light_position[i % 6];
         vec3 l = at.xyz + vec3(float(i / 6) * 0.37, 0.0, float(i / 6) * -0.21) - world;
         float d2 = dot(l, l), reach = max(1.0 - d2 * at.w * at.w, 0.0);
-        if (reach > 0.0) sum += shade_light(s, n, v, l * inversesqrt(d2), light_color[i % 6].rgb * (reach * reach / (d2 + 0.05)) * LIGHT_SCALE, f0, a2, nv);
+        if (reach > 0.0) sum += shade_light(s, n, v, l * inversesqrt(d2), view.light_color[i % 6].rgb * (reach * reach / (d2 + 0.05)) * LIGHT_SCALE, f0, a2, nv);
     }
     vec3 mirror = surroundings(reflect(-v, n), s.rough);
     float fresnel = (1.0 - nv) * (1.0 - nv);
@@ -322,13 +321,13 @@ void main() {
 
 }  // namespace
 
-std::string vertex_shader(Family family) {
-    const std::string head = std::string("#version 310 es\n") + kViewBlock;
-    return family == Family::model ? head + kObjectBlock + kModelVertex : head + kVertex;
+std::string vertex_shader(Family family, const gl::ViewsAtOnce& at_once) {
+    const std::string source = family == Family::model ? std::string(kViewBlock) + kObjectBlock + kModelVertex : std::string(kViewBlock) + kVertex;
+    return gl::vertex_for_views(source, at_once);
 }
 
 std::string fragment_shader(const ShaderOptions& o) {
-    std::string source = "#version 310 es\nprecision highp float;\nprecision highp int;\n";
+    std::string source;
     if (o.count_fragments)
         source += std::string("#define COUNT_FRAGMENTS\n") + (o.cut_out ? "" : "layout(early_fragment_tests) in;\n") +
                   "layout(binding = 0, offset = 0) uniform highp atomic_uint fragments;\n";
@@ -338,7 +337,8 @@ std::string fragment_shader(const ShaderOptions& o) {
     if (o.color_image) source += "#define COLOR_IMAGE\n";
     if (o.surface_image) source += "#define SURFACE_IMAGE\n";
     if (o.cut_out) source += "#define CUT_OUT\n";
-    return source + kViewBlock + (o.family == Family::model ? kObjectBlock : "") + kNoise + kMaterials + kLighting;
+    source += std::string(kViewBlock) + (o.family == Family::model ? kObjectBlock : "") + kNoise + kMaterials + kLighting;
+    return gl::fragment_for_views(source, o.at_once);
 }
 
 }  // namespace fovea::scene

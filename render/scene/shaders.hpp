@@ -9,6 +9,8 @@
 #include <cstdint>
 #include <string>
 
+#include "render/gl/view_drawing.hpp"
+
 namespace fovea::scene {
 
 // Second byte of Vertex::material selects a variant, mostly a seed.
@@ -45,11 +47,12 @@ struct ShaderOptions {
     int extra_lights = 0;           // 0 to 58: repeats the lights around the scene, for a heavier fragment
     // Family::model: what the material has; each is a variant, built only where a material asks for it.
     bool color_image = false, surface_image = false, cut_out = false;
+    gl::ViewsAtOnce at_once = {};   // written once with gl_ViewID_OVR: how several views are drawn by it
     bool operator==(const ShaderOptions&) const = default;
 };
 
 // Family::model: attributes position, normal, uv; uniform block `Object`, binding 1, as in ObjectBlock.
-[[nodiscard]] std::string vertex_shader(Family family = Family::board);
+[[nodiscard]] std::string vertex_shader(Family family = Family::board, const gl::ViewsAtOnce& at_once = {});
 [[nodiscard]] std::string fragment_shader(const ShaderOptions& options);
 
 }  // namespace fovea::scene

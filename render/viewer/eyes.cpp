@@ -14,6 +14,8 @@ std::expected<Eyes, Failure> Eyes::create(const Options& o, const TimeSource& ti
     Eyes eyes(o.fovea);
     auto opened = effects::open_scene(o.scene);
     if (!opened) return failed(opened.error(), kUsage);
+    for (const auto d : {gl::ViewDrawing::repeated, gl::ViewDrawing::instanced, gl::ViewDrawing::multiview2})
+        if (o.views == gl::view_drawing_name(d)) eyes.drawing_ = d;
     eyes.declared_ = std::move(opened->declared);
     eyes.needs_ = effects::look_at(opened->source, {.width_px = o.width_px, .height_px = o.height_px});
     eyes.needs_.object_px *= std::abs(o.speed);
@@ -78,8 +80,12 @@ Result<void> Eyes::resize(int width_px, int height_px) {
     for (std::size_t i = 0; i < kEyes; ++i) targets_[i] = {owned_[i].framebuffer(), 0, 0, width_px, height_px};
     if (quality_)
         if (auto r = quality_->prepare(targets_); !r) return r;
-    return method_->prepare(targets_);
+    if (auto r = method_->prepare(targets_); !r) return r;
+    return draw_at_once();
 }
+
+// The scene's programs draw as many views at once as the method does.
+Result<void> Eyes::draw_at_once() { return scene_->draw_at_once(quality_ ? gl::ViewsAtOnce{} : method_->views_at_once()); }
 
 Result<void> Eyes::choose_method(const std::string& name) {
     quality_.reset();
@@ -87,6 +93,7 @@ Result<void> Eyes::choose_method(const std::string& name) {
     if (name == method_name_) return {};
     foveation::MethodSettings settings;
     plan(name, width(), height()).apply(settings);
+    settings.inset_outset.drawing = drawing_;
     auto method = foveation::create_method(name, settings);
     if (!method) return std::unexpected(method.error());
     if (width() > 0)
@@ -94,7 +101,7 @@ Result<void> Eyes::choose_method(const std::string& name) {
     method_ = *std::move(method);
     method_name_ = name;
     drawn_ = method_.get();
-    return {};
+    return draw_at_once();
 }
 
 void Eyes::focus_on(const Latched& latched) noexcept {

@@ -66,6 +66,7 @@ public:
 
 private:
     explicit Eyes(const density::FoveaSizeSettings& fovea) noexcept : fovea_(fovea) {}
+    [[nodiscard]] Result<void> draw_at_once();
     void focus_on(const Latched& latched) noexcept;
     [[nodiscard]] foveation::Method& next() const noexcept { return quality_ ? quality_->method() : *method_; }
     [[nodiscard]] bool warm_up(const TimeSource& time);
@@ -74,6 +75,7 @@ private:
     [[nodiscard]] effects::Plan plan(const std::string& method, int width_px, int height_px) const;
 
     density::FoveaSizeSettings fovea_;
+    std::optional<gl::ViewDrawing> drawing_;   // asked for
     std::array<scene::SceneView, kEyes> views_ = views();
     std::optional<scene::Scene> scene_;
     effects::Needs needs_;

@@ -66,6 +66,10 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
     app.add_option("--fovea-max-deg", max_deg, "its bound when the gaze is uncertain, degrees")
         ->check(CLI::Range(0.1, 90.0))->capture_default_str();
     app.add_option("--speed", o.speed, "of the scene's motion; 0 stands still")->check(CLI::Range(0.0, 100.0))->capture_default_str();
+    app.add_option("--views", o.views,
+                   "how inset_outset draws its four views: multiview2 (one draw, GL_OVR_multiview2), instanced (one draw, an instance a view), "
+                   "repeated; auto: multiview2 where the driver has it, else repeated")
+        ->check(CLI::IsMember({"auto", "multiview2", "instanced", "repeated"}))->capture_default_str();
     std::string extrapolate = "off", preset = render::extrapolation::preset_name(o.extrapolation_preset);
     app.add_option("--extrapolate", extrapolate,
                    "show an extrapolated frame after each rendered one: off, auto (while the picture moves and frames take longer than a refresh), on")

@@ -27,6 +27,7 @@ struct Options {
     std::string present = "auto";       // a presenter's name, or auto
     present::ScanoutSettings scanout;
     density::FoveaSizeSettings fovea;
+    std::string views = "auto";         // how a method's several views are drawn: auto, multiview2, instanced, repeated
     double speed = 1;                   // of the scene's camera and lamps
     Extrapolate extrapolate = Extrapolate::off;
     bool known_motion = true;           // the renderer tells the extrapolation how its points move

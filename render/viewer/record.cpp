@@ -38,6 +38,9 @@ void Record::rendered(const Frame& f) {
         apart_deg_.add(angle_deg(f.late.focals[0].gaze_dir_view, f.early.focals[0].gaze_dir_view));
     }
     shaded_sum_ += f.shaded();
+    draws_sum_ += f.cost.draws;
+    summary_.views = gl::view_drawing_name(f.cost.drawing);
+    summary_.samples = f.cost.samples;
     if (*f.cost.executor == 0) return;
     const auto same = [&](const Way& w) { return std::strcmp(w.name, f.cost.executor) == 0; };
     auto way = std::ranges::find_if(ways_, same);
@@ -86,7 +89,10 @@ Summary Record::summary() const {
     std::vector<Way> ways = ways_;
     std::ranges::sort(ways, std::greater{}, &Way::last);
     for (const Way& w : ways) s.executors.push_back({w.name, w.why, w.frames});
-    if (s.frames > 0) s.shaded = shaded_sum_ / static_cast<double>(s.frames);
+    if (s.frames > 0) {
+        s.shaded = shaded_sum_ / static_cast<double>(s.frames);
+        s.draws = draws_sum_ / static_cast<double>(s.frames);
+    }
     return s;
 }
 

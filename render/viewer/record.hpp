@@ -48,7 +48,7 @@ private:
     };
     Kept frame_ms_, error_ms_, apart_deg_, motion_to_photon_ms_, between_ms_, between_photon_ms_;
     LatchTo late_, early_;
-    double shaded_sum_ = 0;
+    double shaded_sum_ = 0, draws_sum_ = 0;
 };
 
 }  // namespace fovea::viewer

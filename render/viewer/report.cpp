@@ -22,6 +22,9 @@ std::string to_text(const Summary& s, const Options& o) {
                   s.presenter.c_str(), s.display.c_str(), s.photon_error_ms, photons, static_cast<unsigned long long>(s.photons_measured),
                   static_cast<unsigned long long>(s.photons_estimated), static_cast<unsigned long long>(s.photons_simulated), static_cast<unsigned long long>(s.never_shown));
     std::string out = text.data();
+    std::snprintf(text.data(), text.size(), "views: %s, %.0f draws a frame%s\n", s.views.c_str(), s.draws,
+                  s.samples > 1 ? (", " + std::to_string(s.samples) + " samples a pixel").c_str() : "");
+    out += text.data();
     if (s.extrapolated != 0) {
         std::snprintf(text.data(), text.size(), "extrapolated %llu frames between them: %.1f ms each, photon %.1f ms after the latch (medians); motion %s; %s\n",
                       static_cast<unsigned long long>(s.extrapolated), s.extrapolation_ms, s.latch_to_photon_extrapolated_ms, s.extrapolation_knows_motion ? "known" : "searched",
@@ -58,6 +61,7 @@ std::string to_json(const Summary& s, const Options& o) {
     j["height_px"] = s.height_px;
     j["renderer"] = s.renderer;
     j["pixels_shaded_ratio"] = s.shaded;
+    j["views"] = {{"drawing", s.views}, {"draws_per_frame", s.draws}, {"samples", s.samples}};
     j["frame_ms"] = s.frame_ms;
     j["latch_to_submit_ms"] = s.used().submit_ms;
     j["latch_to_gpu_done_ms"] = s.used().gpu_done_ms;

@@ -35,6 +35,9 @@ struct Summary {
     double motion_to_photon_ms = 0;    // median of photon - exposure of the gaze sample (or movement of the mouse)
     std::uint64_t photons_measured = 0, photons_estimated = 0, photons_simulated = 0;   // of the frames whose photon became known
     std::uint64_t never_shown = 0;     // a newer frame took their place
+    double draws = 0;                  // draw calls, mean
+    std::string views;                 // how several views were drawn: multiview2, instanced, repeated; at the end
+    int samples = 0;                   // a pixel, of the method's own images, at the end
     double shaded = 1;                 // pixels shaded against full, mean
     // What drew the frames and why, as FrameCost says: every way that was taken, the last first.
     struct Executor {

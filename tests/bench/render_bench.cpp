@@ -5,6 +5,7 @@
 #include <benchmark/benchmark.h>
 #include <epoxy/gl.h>
 
+#include <array>
 #include <algorithm>
 #include <ctime>
 #include <map>
@@ -109,6 +110,59 @@ void foveation_frame(benchmark::State& state, const std::string& scene_name, con
         state.counters["latch_to_done_wall_ratio"] = median(mine.late_wall_ms) / median(full.wall_ms);
     }
 }
+
+// Arm's four views drawn by one draw each against one draw per view, in turn: at_once / repeated.
+void views_at_once(benchmark::State& state, const char* scene_name, gl::ViewDrawing drawing, int size) {
+    if (context() == nullptr) return state.SkipWithError("no EGL context");
+    if (!gl::can_draw(drawing)) return state.SkipWithError("this driver cannot (run it by `fovea layer run`)");
+    auto scene = scene::Scene::create({.name = scene_name});
+    if (!scene) return state.SkipWithError(scene.error().message().c_str());
+    std::vector<gl::RenderTarget> owned;
+    std::vector<foveation::ViewTarget> targets;
+    std::vector<foveation::ViewFocus> focus(2);
+    for (std::size_t i = 0; i < 2; ++i) {
+        auto t = gl::RenderTarget::create({.width_px = size, .height_px = size});
+        if (!t) return state.SkipWithError(t.error().message().c_str());
+        owned.push_back(*std::move(t));
+        targets.push_back({owned.back().framebuffer(), 0, 0, size, size});
+        focus[i].points[0] = {0.05f, -0.10f, 4, 4, 0};
+        focus[i].count = 1;
+    }
+    std::array<std::unique_ptr<foveation::Method>, 2> methods;
+    std::array<Cost, 2> costs;
+    std::array<std::uint32_t, 2> draws{};
+    for (std::size_t i = 0; i < 2; ++i) {
+        foveation::MethodSettings s;
+        s.inset_outset.drawing = i == 0 ? gl::ViewDrawing::repeated : drawing;
+        auto m = foveation::create_method("inset_outset", s);
+        if (!m || !(*m)->prepare(targets)) return state.SkipWithError("no method");
+        methods[i] = *std::move(m);
+    }
+    if (!scene->draw_at_once(methods[1]->views_at_once())) return state.SkipWithError("no programs");
+    gl::CommandList list;
+    const auto eyes = scene::stereo_views();
+    const auto draw = [&](std::size_t i, bool counts) {
+        const double cpu = now_ms(CLOCK_PROCESS_CPUTIME_ID), wall = now_ms(CLOCK_MONOTONIC);
+        scene->record(3.0, eyes, list);
+        draws[i] = methods[i]->submit(list, targets, focus).draws;
+        gl::finish();
+        if (!counts) return;
+        costs[i].cpu_ms.push_back(now_ms(CLOCK_PROCESS_CPUTIME_ID) - cpu);
+        costs[i].wall_ms.push_back(now_ms(CLOCK_MONOTONIC) - wall);
+    };
+    for (const std::size_t i : {0u, 1u}) draw(i, false);
+    for (auto _ : state)
+        for (const std::size_t i : {0u, 1u}) draw(i, true);
+    state.counters["draws_repeated"] = draws[0];
+    state.counters["draws"] = draws[1];
+    state.counters["cpu_ms"] = median(costs[1].cpu_ms);
+    state.counters["cpu_ratio"] = median(costs[1].cpu_ms) / median(costs[0].cpu_ms);
+    state.counters["wall_ratio"] = median(costs[1].wall_ms) / median(costs[0].wall_ms);
+}
+BENCHMARK_CAPTURE(views_at_once, circuit_instanced, "circuit", gl::ViewDrawing::instanced, 512)->Name("Views/circuit/512/instanced")->Iterations(9)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(views_at_once, fragbox_instanced, "fragbox", gl::ViewDrawing::instanced, 512)->Name("Views/fragbox/512/instanced")->Iterations(9)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(views_at_once, vert_instanced, "vert", gl::ViewDrawing::instanced, 256)->Name("Views/vert/256/instanced")->Iterations(3)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(views_at_once, circuit_multiview, "circuit", gl::ViewDrawing::multiview2, 512)->Name("Views/circuit/512/multiview2")->Iterations(9)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 // What foveation adds to a frame: 2 x 1024x1024, a moving gaze, and one recorded draw that lies outside both views. What is
 // left are the level passes' clears and masks, and the resolve. cpu_ms, wall_ms: median of the iterations, GPU done included.
