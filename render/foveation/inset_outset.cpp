@@ -146,7 +146,7 @@ Result<void> InsetOutset::make_views(std::span<const ViewTarget> targets) {
     auto images = ViewImages::create(sizes, images_wanted_);
     if (!images) return std::unexpected(images.error());
     images_ = *std::move(images);
-    samples_ = ViewImages::samples_for(images_wanted_.format, images_wanted_.samples);
+    samples_ = gl::samples_for(images_wanted_.format, images_wanted_.samples);
     std::vector<View> views(targets.size());
     for (std::size_t i = 0; i < targets.size(); ++i) {
         View& v = views[i];

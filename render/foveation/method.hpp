@@ -85,7 +85,7 @@ struct InsetOutsetSettings {
     double blend_px = 50;        // width of the smoothstep between the two, inward from the inset's circle; >= 0
     double contrast = 0;         // how much of the contrast lost by enlarging is put back, 0 (off) to 4
     double hidden_radius = 0;    // NDC: nothing outside is seen through the lens, and it is not shaded; 0: all is seen
-    int samples = 0;             // MSAA 0, 2, 4, 8 of all four views; the most of them that the driver has, FrameCost says how many
+    int samples = 0;             // MSAA 0, 2, 4, 8 of all four views: at least, if the driver has so many; FrameCost says how many
     // How the views are drawn: by one draw for all of them where the list has programs for it (Method::views_at_once()).
     // Nothing: multiview2 where the driver has it, else repeated; what cannot be had is replaced by the next of
     // multiview2, instanced, repeated.

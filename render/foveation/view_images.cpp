@@ -15,15 +15,10 @@ constexpr std::size_t kMostImages = 16;
 
 }  // namespace
 
-int ViewImages::samples_for(gl::ColorFormat format, int samples) noexcept {
-    if (samples < 2) return 0;
-    return gl::samples_at_most(format, samples);
-}
-
 gl::ViewDrawing ViewImages::drawing_for(const Settings& s) noexcept {
     using enum gl::ViewDrawing;
     if (s.drawing == repeated) return repeated;
-    const bool multisampled = samples_for(s.format, s.samples) > 1;
+    const bool multisampled = gl::samples_for(s.format, s.samples) > 1;
     if (s.drawing.value_or(multiview2) == multiview2 && !multisampled && gl::can_draw(multiview2)) return multiview2;
     // Instances are asked for, or stand in for a multiview that was: of itself `repeated` is better, since what a view does
     // not show is left out of it (docs/render.md has the figures).
@@ -66,7 +61,7 @@ Result<ViewImages> ViewImages::create(std::span<const Size> sizes, const Setting
 
 // One target per image, or per group of them, side by side.
 Result<void> ViewImages::make_targets(std::span<const Size> sizes, const Settings& settings) {
-    const int samples = samples_for(settings.format, settings.samples);
+    const int samples = gl::samples_for(settings.format, settings.samples);
     const auto per_target = static_cast<std::size_t>(at_once_.views);
     for (std::size_t first = 0; first < sizes.size(); first += per_target) {
         const auto part = sizes.subspan(first, per_target);

@@ -6,7 +6,7 @@
 //
 // Images of different sizes make two groups in multiview2 (all views of a draw share a viewport). A list whose programs
 // draw one view only is drawn into the same images view by view.
-// MSAA: at most what the driver has. GL_OVR_multiview2 has no multisampled images: with samples the views are drawn
+// MSAA: what the driver has of it (gl::samples_for()). GL_OVR_multiview2 has no multisampled images: with samples the views are drawn
 // otherwise.
 // Threads: the context's. Errors: create() says what the driver refused; the rest is noexcept and does not allocate.
 #pragma once
@@ -35,8 +35,6 @@ public:
     [[nodiscard]] static Result<ViewImages> create(std::span<const Size> sizes, const Settings& settings);
     // How images of these settings are drawn on this driver: what was asked for where it can be had, else the next best.
     [[nodiscard]] static gl::ViewDrawing drawing_for(const Settings& settings) noexcept;
-    // Samples that the driver has for this format, at most those asked for.
-    [[nodiscard]] static int samples_for(gl::ColorFormat format, int samples) noexcept;
 
     // What a list's programs must be for it to be drawn at once.
     [[nodiscard]] const gl::ViewsAtOnce& at_once() const noexcept { return at_once_; }

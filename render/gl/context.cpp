@@ -133,8 +133,21 @@ Result<Context> Context::create(const NativeDisplay& native) {
 
 Result<Context> Context::finish(std::unique_ptr<State> state, const Context* share) {
     eglBindAPI(EGL_OPENGL_ES_API);
-    for (const EGLint minor : {2, 1}) {
-        const std::array<EGLint, 5> attributes{EGL_CONTEXT_MAJOR_VERSION, 3, EGL_CONTEXT_MINOR_VERSION, minor, EGL_NONE};
+    // A driver that can is asked to tell when it has lost the context; shared contexts must agree, and all of ours do.
+    const char* have = eglQueryString(state->display, EGL_EXTENSIONS);
+    const bool robust = have != nullptr && std::string_view(have).find("EGL_EXT_create_context_robustness") != std::string_view::npos;
+    struct Try {
+        EGLint minor;
+        bool tells;
+    };
+    for (const Try t : {Try{2, true}, {2, false}, {1, true}, {1, false}}) {
+        if (t.tells && !robust) continue;
+        std::array<EGLint, 7> attributes{EGL_CONTEXT_MAJOR_VERSION, 3, EGL_CONTEXT_MINOR_VERSION, t.minor, EGL_NONE};
+        if (t.tells) {
+            attributes[4] = EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY_EXT;
+            attributes[5] = EGL_LOSE_CONTEXT_ON_RESET_EXT;
+            attributes[6] = EGL_NONE;
+        }
         state->handle = eglCreateContext(state->display, EGL_NO_CONFIG_KHR, share != nullptr ? share->state_->handle : EGL_NO_CONTEXT,
                                          attributes.data());
         if (state->handle != EGL_NO_CONTEXT) break;
@@ -153,6 +166,11 @@ Result<Context> Context::finish(std::unique_ptr<State> state, const Context* sha
     glGetIntegerv(GL_MAX_TEXTURE_SIZE, &info.max_texture_px);
     for (const char* name : {"llvmpipe", "softpipe", "swrast", "SwiftShader"})
         info.software = info.software || info.renderer.find(name) != std::string::npos;
+    if (epoxy_has_gl_extension("GL_EXT_robustness") || epoxy_has_gl_extension("GL_KHR_robustness")) {
+        GLint strategy = GL_NO_RESET_NOTIFICATION;
+        glGetIntegerv(GL_RESET_NOTIFICATION_STRATEGY_EXT, &strategy);
+        info.tells_resets = strategy == GL_LOSE_CONTEXT_ON_RESET;
+    }
     info.multiview2 = epoxy_has_gl_extension("GL_OVR_multiview2");
     info.fragment_shading_rate = epoxy_has_gl_extension("GL_EXT_fragment_shading_rate");
     info.qcom_framebuffer_foveated = epoxy_has_gl_extension("GL_QCOM_framebuffer_foveated");
@@ -161,6 +179,29 @@ Result<Context> Context::finish(std::unique_ptr<State> state, const Context* sha
 }
 
 const ContextInfo& Context::info() const noexcept { return state_->info; }
+
+const char* reset_name(Reset reset) noexcept {
+    switch (reset) {
+        case Reset::guilty: return "by what was drawn";
+        case Reset::innocent: return "by another program";
+        case Reset::unknown: return "for an unknown reason";
+        case Reset::none: break;
+    }
+    return "not lost";
+}
+
+Reset poll_reset() noexcept {
+    if (eglGetCurrentContext() == EGL_NO_CONTEXT) return Reset::none;
+    GLenum status = GL_NO_ERROR;
+    if (epoxy_has_gl_extension("GL_EXT_robustness")) status = glGetGraphicsResetStatusEXT();
+    else if (epoxy_has_gl_extension("GL_KHR_robustness")) status = glGetGraphicsResetStatusKHR();
+    switch (status) {
+        case GL_NO_ERROR: return Reset::none;
+        case GL_GUILTY_CONTEXT_RESET: return Reset::guilty;
+        case GL_INNOCENT_CONTEXT_RESET: return Reset::innocent;
+        default: return Reset::unknown;
+    }
+}
 
 bool Context::make_current() const noexcept {
     return eglMakeCurrent(state_->display, EGL_NO_SURFACE, EGL_NO_SURFACE, state_->handle) == EGL_TRUE;
@@ -246,6 +287,7 @@ std::string pending_error() {
                            : e == GL_INVALID_VALUE     ? "GL_INVALID_VALUE"
                            : e == GL_INVALID_OPERATION ? "GL_INVALID_OPERATION"
                            : e == GL_OUT_OF_MEMORY     ? "GL_OUT_OF_MEMORY"
+                           : e == GL_CONTEXT_LOST      ? "GL_CONTEXT_LOST"
                            : e == GL_INVALID_FRAMEBUFFER_OPERATION ? "GL_INVALID_FRAMEBUFFER_OPERATION"
                                                                    : "unknown GL error";
         all += (all.empty() ? "" : ", ") + std::string(name);

@@ -24,8 +24,17 @@ struct ContextInfo {
     bool multiview2 = false;             // GL_OVR_multiview2
     bool fragment_shading_rate = false;  // GL_EXT_fragment_shading_rate
     bool qcom_framebuffer_foveated = false, qcom_texture_foveated = false;
+    bool tells_resets = false;           // poll_reset() knows: the driver loses a context and says so, rather than going on with garbage
     int max_samples = 0, max_texture_px = 0;
 };
+
+// What took a context's contents away (a GPU hang, a driver that was updated): nothing in it can be used any more, whatever
+// its calls return, although it is still current. Destroy its objects and itself, make a new one and everything in it anew.
+enum class Reset : std::uint8_t { none, guilty, innocent, unknown };   // guilty: by what this context drew
+[[nodiscard]] const char* reset_name(Reset reset) noexcept;
+// Of the current context; once a frame is enough. none where the driver does not tell, or no context is current.
+// Source: EGL_EXT_create_context_robustness, GL_EXT_robustness, GL_KHR_robustness.
+[[nodiscard]] Reset poll_reset() noexcept;
 
 // A connection to a window system, as EGL takes it.
 enum class Platform : std::uint8_t { surfaceless, wayland, xcb, gbm };

@@ -68,19 +68,18 @@ std::uint32_t internal_format(ColorFormat f) noexcept {
     return GL_RGBA8;
 }
 
-int samples_at_most(ColorFormat format, int wanted) noexcept {
-    int best = wanted;
-    for (const GLenum f : {static_cast<GLenum>(internal_format(format)), static_cast<GLenum>(GL_DEPTH24_STENCIL8)}) {
-        std::array<GLint, 16> have{};
-        GLint count = 0;
-        glGetInternalformativ(GL_RENDERBUFFER, f, GL_NUM_SAMPLE_COUNTS, 1, &count);
-        glGetInternalformativ(GL_RENDERBUFFER, f, GL_SAMPLES, static_cast<GLsizei>(have.size()), have.data());
-        int most = 0;
-        for (int i = 0; i < std::min(count, static_cast<GLint>(have.size())); ++i)
-            if (have[static_cast<std::size_t>(i)] <= best) most = std::max(most, have[static_cast<std::size_t>(i)]);
-        best = most;
+int samples_for(ColorFormat format, int wanted) noexcept {
+    if (wanted < 2) return 0;
+    std::array<std::array<GLint, 16>, 2> have{};
+    const std::array<GLenum, 2> formats{internal_format(format), GL_DEPTH24_STENCIL8};
+    for (std::size_t i = 0; i < 2; ++i) glGetInternalformativ(GL_RENDERBUFFER, formats[i], GL_SAMPLES, static_cast<GLsizei>(have[i].size()), have[i].data());
+    int enough = 0, most = 0;
+    for (const GLint n : have[0]) {
+        if (n < 2 || std::ranges::find(have[1], n) == have[1].end()) continue;
+        most = std::max(most, int{n});
+        if (n >= wanted && (enough == 0 || n < enough)) enough = n;
     }
-    return best > 1 ? best : 0;
+    return enough != 0 ? enough : most;
 }
 
 void destroy(ObjectKind kind, Name name) noexcept {

@@ -71,9 +71,9 @@ enum class ColorFormat : std::uint8_t { rgba8, srgb8_alpha8, rgba16f };
 enum class Filter : std::uint8_t { nearest, linear, cubic };   // cubic: by whoever samples; the texture itself is linear
 
 [[nodiscard]] std::uint32_t internal_format(ColorFormat format) noexcept;
-// The most samples, at most those wanted, that this driver has for colour of this format together with a 24/8 bit depth and
-// stencil: 0 if it has none. Drivers list what they have; GL_MAX_SAMPLES is only the most for any format.
-[[nodiscard]] int samples_at_most(ColorFormat format, int wanted) noexcept;
+// Samples a pixel that this driver has for colour of this format together with depth and stencil of 24 and 8 bits: the fewest
+// that are at least as many as wanted, else the most it has; 0: none. GL_MAX_SAMPLES is only the most for any format.
+[[nodiscard]] int samples_for(ColorFormat format, int wanted) noexcept;
 
 struct TargetSettings {
     int width_px = 0, height_px = 0;   // 1 to the driver's limit

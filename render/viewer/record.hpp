@@ -29,6 +29,8 @@ class Record {
 public:
     void rendered(const Frame& frame);
     void extrapolated(const Frame& frame);
+    void reset() { ++summary_.resets; }
+    [[nodiscard]] std::uint64_t resets() const noexcept { return summary_.resets; }
     void shown(const Frame& frame, const present::Feedback& feedback);   // also if it was never seen
     [[nodiscard]] std::uint64_t frames() const noexcept { return summary_.frames; }
     // Everything that frames tell; the rest is the caller's to fill in.

@@ -46,6 +46,7 @@ std::string to_text(const Summary& s, const Options& o) {
     if (!s.quality.empty()) out += "quality: " + s.quality + " at the end, " + std::to_string(s.quality_changes) + " changes\n";
     if (s.snapshot_frame != 0)
         out += "pictures of frame " + std::to_string(s.snapshot_frame) + ": " + o.out + "/frame.png, " + o.out + "/frame_levels.png\n";
+    if (s.resets != 0) out += "the driver lost the context " + std::to_string(s.resets) + " times: everything was made anew\n";
     if (s.interrupted) out += "interrupted\n";
     return out;
 }
@@ -86,6 +87,7 @@ std::string to_json(const Summary& s, const Options& o) {
     j["connects"] = s.connects;
     j["frames_dropped"] = s.frames_dropped;
     j["snapshot_frame"] = s.snapshot_frame;
+    j["context_resets"] = s.resets;
     j["interrupted"] = s.interrupted;
     return j.dump(2) + "\n";
 }

@@ -24,23 +24,39 @@ constexpr Duration kFirstGuess = std::chrono::milliseconds(40);   // of a frame'
 constexpr Duration kPatience = std::chrono::milliseconds(20);     // at most so long is an interrupt not heard
 constexpr Duration kTextEvery = std::chrono::milliseconds(250);
 constexpr double kWithoutWindow_s = 10;
+constexpr std::uint64_t kMostResets = 3;                          // a driver that loses more contexts is given up
 constexpr std::size_t kMostAwaited = 64;                          // frames whose photon is not known yet
+
+// What outlives a context that the driver lost; all else is on the GPU, or follows from it.
+struct Life {
+    Life(const Options& o, Gaze connected, Instant now) : gaze(std::move(connected)), begin(now) {
+        controls.method = o.method;
+        controls.mouse = o.mouse;
+        controls.latch_early = o.latch_early;
+        controls.levels = o.levels;
+    }
+    Gaze gaze;
+    Record record;
+    Controls controls;
+    Instant begin;
+    std::uint64_t presented = 0;
+    Duration scene_time{0};   // stands still while paused
+    gl::Reset lost = gl::Reset::none;   // why the run ended: to be made anew
+};
 
 class Viewer {
 public:
-    Viewer(const Options& options, const std::atomic<bool>& stop, const TimeSource& time, std::unique_ptr<present::Presenter> presenter, Gaze gaze, Eyes eyes)
-        : o_(options), stop_(stop), time_(time), presenter_(std::move(presenter)), gaze_(std::move(gaze)), eyes_(std::move(eyes)),
-          in_between_(options.extrapolate, options.extrapolation_preset) {
-        controls_.method = chosen_ = o_.method;
-        controls_.mouse = o_.mouse;
-        controls_.latch_early = o_.latch_early;
-        controls_.levels = o_.levels;
+    Viewer(const Options& options, const std::atomic<bool>& stop, const TimeSource& time, std::unique_ptr<present::Presenter> presenter, Life& life, Eyes eyes)
+        : o_(options), stop_(stop), time_(time), life_(life), presenter_(std::move(presenter)), gaze_(life.gaze), eyes_(std::move(eyes)),
+          in_between_(options.extrapolate, options.extrapolation_preset), record_(life.record), presented_(life.presented), begin_(life.begin),
+          scene_time_(life.scene_time), controls_(life.controls) {
+        chosen_ = o_.method;
         for (const auto& m : foveation::methods()) methods_.emplace_back(m.name);
         duration_s_ = o_.duration_s >= 0 ? o_.duration_s : presenter_->surface().shown() ? 0 : kWithoutWindow_s;
     }
 
     std::expected<Summary, Failure> run() {
-        begin_ = scene_clock_ = time_.now();
+        scene_clock_ = time_.now();
         while (!finished()) {
             const auto begin = presenter_->begin_frame(frame_cost_.median(), kPatience);
             if (!begin) return failed(begin.error());
@@ -49,7 +65,9 @@ public:
             if (!*begin) continue;
             if (auto r = follow_window(); !r) return failed(r.error());
             Frame frame;
-            if (!render(frame)) return failed({"the GPU did not finish a frame in 10 seconds", presenter_->context().info().renderer, "use a smaller --size"});
+            const bool done = render(frame);
+            if (life_.lost != gl::Reset::none) return failed({std::string("the driver lost the context, ") + gl::reset_name(life_.lost), presenter_->context().info().renderer, "start again"});
+            if (!done) return failed({"the GPU did not finish a frame in 10 seconds", presenter_->context().info().renderer, "use a smaller --size"});
             const Instant photon = presenter_->photon_of(frame.gpu_done);
             if (auto r = show(frame, frame.gpu_done); !r) return failed(r.error());
             if (auto r = look_back(); !r) return failed(r.error());
@@ -124,7 +142,10 @@ private:
         eyes_.record(frame.scene_s);
         if (eyes_.late_fovea()) {   // the periphery does not need the newest gaze
             eyes_.submit_early(frame.uses_early ? frame.early : latch(presenter_->photon_of(time_.now() + frame_cost_.median())));
-            if (!gl::Fence::insert().wait(time_)) return false;
+            if (!gl::Fence::insert().wait(time_)) {
+                life_.lost = gl::poll_reset();
+                return false;
+            }
         }
         // Everything is recorded: now, and not earlier, ask where the eye will be.
         frame.late = latch(presenter_->photon_of(time_.now() + latched_cost_.median()));
@@ -136,7 +157,8 @@ private:
         gl::Fence fence = gl::Fence::insert();
         frame.submitted = time_.now();
         const auto done = fence.wait(time_);
-        if (!done) return false;
+        life_.lost = gl::poll_reset();   // before anything that was drawn is counted or shown
+        if (!done || life_.lost != gl::Reset::none) return false;
         frame.gpu_done = *done;
         eyes_.observe(frame.gpu_done, frame.gpu_done - frame.started);
         frame_cost_.add(frame.gpu_done - frame.started);
@@ -340,33 +362,45 @@ private:
     const Options& o_;
     const std::atomic<bool>& stop_;
     const TimeSource& time_;
+    Life& life_;
     std::unique_ptr<present::Presenter> presenter_;   // owns the context: goes last
-    Gaze gaze_;
+    Gaze& gaze_;
     Eyes eyes_;
     InBetween in_between_;
     MotionPass motion_;
     present::RecentCost frame_cost_{kFirstGuess}, latched_cost_{kFirstGuess}, between_cost_{kFirstGuess};
-    Record record_;
+    Record& record_;
     std::deque<Frame> awaited_;   // shown, their photon not known yet
-    std::uint64_t presented_ = 0;
+    std::uint64_t& presented_;
     Frame newest_;
     Frame rendered_, extrapolated_;   // the last of each kind; numbered 0 where extrapolation is off
-    Instant begin_, last_progress_;
+    const Instant begin_;
+    Instant last_progress_;
     double duration_s_ = 0;
-    Duration scene_time_{0};      // stands still while paused
+    Duration& scene_time_;
     Instant scene_clock_;
     // Of a window.
     present::Surface surface_;
     std::array<Place, kEyes> places_{};
     std::optional<Screen> screen_;
     std::vector<std::string> methods_;
-    Controls controls_;
+    Controls& controls_;
     std::string chosen_;          // the method that the eyes have got
     std::array<bool, 2> shown_controls_{};
     Instant text_made_;
     std::uint64_t frames_at_text_ = 0;
     Snapshot snapshot_;
 };
+
+std::expected<Summary, Failure> run_in_one_context(const Options& options, const present::PresenterSettings& settings, const std::atomic<bool>& stop,
+                                                   const TimeSource& time, Life& life, bool windowed) {
+    auto presenter = present::create_presenter(options.present, settings, time);
+    if (!presenter) return failed(presenter.error());
+    if (options.progress || windowed) std::fprintf(stderr, "fovea-view: display: %s, %s\n", std::string((*presenter)->name()).c_str(), (*presenter)->description().c_str());
+    auto eyes = Eyes::create(options, time);
+    if (!eyes) return std::unexpected(eyes.error());
+    return Viewer(options, stop, time, *std::move(presenter), life, *std::move(eyes)).run();
+}
 
 }  // namespace
 
@@ -381,12 +415,14 @@ std::expected<Summary, Failure> run(const Options& options, const std::atomic<bo
     connecting.wait |= windowed;   // the mouse is there
     auto gaze = Gaze::connect(connecting, Eyes::views());
     if (!gaze) return std::unexpected(gaze.error());
-    auto presenter = present::create_presenter(options.present, settings, time);
-    if (!presenter) return failed(presenter.error());
-    if (options.progress || windowed) std::fprintf(stderr, "fovea-view: display: %s, %s\n", std::string((*presenter)->name()).c_str(), (*presenter)->description().c_str());
-    auto eyes = Eyes::create(options, time);
-    if (!eyes) return std::unexpected(eyes.error());
-    return Viewer(options, stop, time, *std::move(presenter), *std::move(gaze), *std::move(eyes)).run();
+    Life life(options, *std::move(gaze), time.now());
+    for (;;) {
+        const auto summary = run_in_one_context(options, settings, stop, time, life, windowed);
+        if (life.lost == gl::Reset::none || life.record.resets() >= kMostResets) return summary;
+        life.record.reset();
+        std::fprintf(stderr, "fovea-view: the driver lost the context, %s: everything is made anew\n", gl::reset_name(life.lost));
+        life.lost = gl::Reset::none;
+    }
 }
 
 }  // namespace fovea::viewer

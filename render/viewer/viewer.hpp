@@ -59,6 +59,7 @@ struct Summary {
     std::string presenter, display;    // the presenter's name and description
     std::string quality;               // the setting at the end; empty: no --quality
     std::uint64_t quality_changes = 0;
+    std::uint64_t resets = 0;          // the driver lost the context, and everything was made anew
     bool interrupted = false;
 };
 

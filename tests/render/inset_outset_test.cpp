@@ -1,5 +1,7 @@
+#include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -176,6 +178,57 @@ TEST_F(InsetOutset, AGazeThatIsNoNumberFallsOnTheMiddle) {
     v.look(0, {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::quiet_NaN(), 4, 4, 0});
     method->submit(quad.list(), v.targets, v.focus);
     EXPECT_EQ(read(v.targets[0]), middle);
+}
+
+// No software driver has 8 samples (llvmpipe, also below zink: 4; softpipe: none). What is asked of a driver that has is
+// seen here: it is made to say so, and gets the calls; the real one then makes as many as it can.
+std::vector<int> storages;
+bool has_eight = true;
+decltype(epoxy_glGetInternalformativ) real_query;
+decltype(epoxy_glRenderbufferStorageMultisample) real_storage;
+void query(GLenum target, GLenum format, GLenum what, GLsizei count, GLint* values) {
+    const GLint have[] = {8, 4, 2};
+    if (what == GL_SAMPLES) std::copy_n(have, std::min<GLsizei>(has_eight ? 3 : 0, count), values);
+    else real_query(target, format, what, count, values);
+}
+void storage(GLenum target, GLsizei samples, GLenum format, GLsizei width, GLsizei height) {
+    storages.push_back(samples);
+    real_storage(target, std::min(samples, static_cast<GLsizei>(context().info().max_samples)), format, width, height);
+}
+
+TEST_F(InsetOutset, AsksForAsManySamplesAsTheDriverHasAndSaysHowMany) {
+    const QuadDraw quad(kSmooth);
+    Views v(64, 64);
+    const auto samples_of = [&](int wanted) {
+        MethodSettings s;
+        s.inset_outset.samples = wanted;
+        const auto method = make(v, s);
+        return method->submit(quad.list(), v.targets, v.focus).samples;
+    };
+    const int most = context().info().max_samples;
+    EXPECT_EQ(samples_of(0), 0);
+    EXPECT_EQ(samples_of(2) >= 2, most >= 2);
+    EXPECT_EQ(samples_of(8), most >= 8 ? 8 : most >= 4 ? 4 : 0) << "and the picture is drawn all the same";
+    static_cast<void>(samples_of(4));   // libepoxy has looked the functions up
+    real_query = epoxy_glGetInternalformativ;
+    real_storage = epoxy_glRenderbufferStorageMultisample;
+    epoxy_glGetInternalformativ = &query;
+    epoxy_glRenderbufferStorageMultisample = &storage;
+    for (const int wanted : {8, 4, 2}) {
+        storages.clear();
+        EXPECT_EQ(samples_of(wanted), wanted);
+        // Outset and inset, colour and depth; v's own targets are made before.
+        EXPECT_EQ(storages, std::vector<int>(4, wanted));
+    }
+    storages.clear();
+    EXPECT_EQ(samples_of(6), 8) << "at least";
+    EXPECT_EQ(samples_of(16), 8) << "the most that there is";
+    has_eight = false;
+    storages.clear();
+    EXPECT_EQ(samples_of(8), 0) << "a driver without any";
+    EXPECT_EQ(storages, std::vector<int>(2, 0)) << "depth only";
+    epoxy_glGetInternalformativ = real_query;
+    epoxy_glRenderbufferStorageMultisample = real_storage;
 }
 
 TEST_F(InsetOutset, SettingsThatCannotBeAreErrors) {
