@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace fovea::pipeline {
 namespace {
@@ -10,20 +11,38 @@ namespace {
 float compress(double x) noexcept { return static_cast<float>(x / std::sqrt(1 + std::fabs(x))); }
 float squash(float x) noexcept { return x / (1 + std::fabs(x)); }
 
-// Row by row, so that each output's sum is made in one fixed order whatever the vector width.
+using Four [[gnu::vector_size(16)]] = float;   // what every x86-64 and aarch64 has
+
+Four load(const float* from) noexcept {
+    Four v;
+    std::memcpy(&v, from, sizeof v);
+    return v;
+}
+
+// bias + x * weights. Row by row, so that each sum is made in one fixed order; the sums stay in registers.
+template <std::size_t Inputs, std::size_t Outputs>
+void layer(const float (&weights)[Inputs][Outputs], const float (&bias)[Outputs], const float* x, float* y) noexcept {
+    constexpr std::size_t kFours = Outputs / 4;
+    static_assert(Outputs % 4 == 0 && kFours <= 6);
+    Four sum[kFours];
+#pragma GCC unroll 6
+    for (std::size_t k = 0; k < kFours; ++k) sum[k] = load(bias + 4 * k);
+    for (std::size_t i = 0; i < Inputs; ++i) {
+#pragma GCC unroll 6
+        for (std::size_t k = 0; k < kFours; ++k) sum[k] += load(weights[i] + 4 * k) * x[i];
+    }
+    std::memcpy(y, sum, sizeof sum);
+}
+
 template <std::size_t Outputs>
 std::array<float, Outputs> run(const float (&in)[kNetInputs][kNetHidden], const float (&in_bias)[kNetHidden],
                                const float (&out)[kNetHidden][Outputs], const float (&out_bias)[Outputs],
                                const NetInput& x) noexcept {
     float hidden[kNetHidden];
-    for (std::size_t j = 0; j < kNetHidden; ++j) hidden[j] = in_bias[j];
-    for (std::size_t i = 0; i < kNetInputs; ++i)
-        for (std::size_t j = 0; j < kNetHidden; ++j) hidden[j] += in[i][j] * x[i];
+    layer(in, in_bias, x.data(), hidden);
     for (float& h : hidden) h = squash(h);
     std::array<float, Outputs> y;
-    for (std::size_t k = 0; k < Outputs; ++k) y[k] = out_bias[k];
-    for (std::size_t j = 0; j < kNetHidden; ++j)
-        for (std::size_t k = 0; k < Outputs; ++k) y[k] += out[j][k] * hidden[j];
+    layer(out, out_bias, hidden, y.data());
     return y;
 }
 
@@ -44,10 +63,11 @@ NetInput net_input(const MotionFeatures& f, double noise_deg_s, double since_ons
 
 std::array<float, kNetHorizons> net_advance(const NetInput& in, double speed_deg_s) noexcept {
     const AdvanceWeights& w = kAdvanceWeights;
-    auto y = run(w.in, w.in_bias, w.out, w.out_bias, in);
+    const auto y = run(w.in, w.in_bias, w.out, w.out_bias, in);
     const float scale = static_cast<float>(speed_deg_s * 0.02);
-    for (float& v : y) v *= scale;
-    return y;
+    std::array<float, kNetHorizons> advance;
+    for (std::size_t k = 0; k < kNetHorizons; ++k) advance[k] = y[k] * scale;
+    return advance;
 }
 
 NetRadii net_radii(const NetInput& in) noexcept {

@@ -29,14 +29,17 @@ struct NetRadii {
 };
 [[nodiscard]] NetRadii net_radii(const NetInput& in) noexcept;
 
-// Generated tables (motion_net_weights.cpp): input scaling folded in.
+// Generated tables (motion_net_weights.cpp): input scaling folded in. Rows of outputs end in zeros, so that they are
+// whole vectors of four.
+inline constexpr std::size_t kAdvanceRow = 12, kRadiusRow = 24;
+static_assert(kAdvanceRow >= kNetHorizons && kRadiusRow >= 2 * kNetHorizons && kAdvanceRow % 4 == 0 && kRadiusRow % 4 == 0);
 struct AdvanceWeights {
-    float in[kNetInputs][kNetHidden], in_bias[kNetHidden];
-    float out[kNetHidden][kNetHorizons], out_bias[kNetHorizons];
+    alignas(64) float in[kNetInputs][kNetHidden], in_bias[kNetHidden];
+    float out[kNetHidden][kAdvanceRow], out_bias[kAdvanceRow];
 };
 struct RadiusWeights {
-    float in[kNetInputs][kNetHidden], in_bias[kNetHidden];
-    float out[kNetHidden][2 * kNetHorizons], out_bias[2 * kNetHorizons];  // log2 of r68, then log2 of r95 / r68
+    alignas(64) float in[kNetInputs][kNetHidden], in_bias[kNetHidden];
+    float out[kNetHidden][kRadiusRow], out_bias[kRadiusRow];  // log2 of r68, then log2 of r95 / r68
 };
 extern const AdvanceWeights kAdvanceWeights;
 extern const RadiusWeights kRadiusWeights;

@@ -172,8 +172,9 @@ SourceLoop::Left SourceLoop::steady() noexcept {
         Instant until = now + kPollAtMost;
         if (care_.rehearse && !rehearsed_)
             if (const auto due = cadence_.due()) {
-                if (now >= *due - kRehearseBefore) rehearse();
-                else until = std::min(until, *due - kRehearseBefore);
+                const Instant at = *due - kRehearseBefore - std::min(rehearsing_, cadence_.gap() / 2);
+                if (now >= at) rehearse(at);
+                else until = std::min(until, at);
             }
         const drivers::PollStatus polled = device_->poll(sample, until);
         if (incoming_.load(std::memory_order_relaxed) != nullptr && retired_.load(std::memory_order_relaxed) == nullptr) {
@@ -198,11 +199,14 @@ SourceLoop::Left SourceLoop::steady() noexcept {
     return Left::stopped;
 }
 
-void SourceLoop::rehearse() noexcept {
+void SourceLoop::rehearse(Instant planned) noexcept {
     rehearsed_ = true;
     device_->rehearse();
     pipeline_.rehearse(last_, cadence_.gap());
     outputs_.focus.prefetch();
+    const Duration took = time_.now() - planned;
+    rehearsing_ += took > rehearsing_ ? (took - rehearsing_) / 4 : (took - rehearsing_) / 64;
+    rehearsing_ = std::min(rehearsing_, Cadence::kLongest);
 }
 
 // The device's counters belong to the thread that polls it; this makes them readable from others.

@@ -59,8 +59,8 @@ struct SourceCare {
 
 class SourceLoop {
 public:
-    // How long before: time for two context switches, the rehearsal and the bus's jitter, and little of what was warmed
-    // is cold again; 60 to 250 us measured alike (docs/input_latency.md).
+    // How long before the sample it is over: room for the bus's jitter, and little of what was warmed is cold again; 60 to
+    // 250 us measured alike (docs/input_latency.md). What waking up and rehearsing take here is added.
     static constexpr Duration kRehearseBefore = std::chrono::microseconds(150);
     // Pauses between attempts to open a lost device.
     static constexpr Duration kFirstRetry = std::chrono::milliseconds(100);
@@ -93,7 +93,7 @@ private:
     void publish(const GazeSample& sample) noexcept;
     void publish_nothing() noexcept;
     void show_device_counters() noexcept;
-    void rehearse() noexcept;
+    void rehearse(Instant planned) noexcept;
     void enter(SourceState state, Error error = {});
     bool sleep(Duration pause);        // false: stop() was called
 
@@ -110,6 +110,7 @@ private:
     Cadence cadence_;
     GazeSample last_;                  // the newest sample, for rehearse()
     bool rehearsed_ = false;           // for the one that is due
+    Duration rehearsing_{};            // from the planned wake-up to the end: quick to rise, slow to fall
     std::uint64_t sequence_ = 0, id_base_ = 0, newest_id_ = 0;
 
     // From the owner to the loop. The loop swaps the new pipeline with its own and hands the old one back, so that
