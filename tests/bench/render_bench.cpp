@@ -308,16 +308,16 @@ BENCHMARK_CAPTURE(plan_update, moving_4, 4, true)->Name("Plan/64x64 bins/4 point
         for (const int size : {1024, 2048})
             for (const int gain : {4, 10}) {
                 const std::string name = std::string("Foveation/scaled_bins/") + scene + "/" + std::to_string(size) + "/gain " + std::to_string(gain);
-                benchmark::RegisterBenchmark(name.c_str(), foveation_frame, scene, "scaled_bins", size, static_cast<float>(gain))
+                benchmark::RegisterBenchmark(name.c_str(), foveation_frame, scene, "scaled_bins", size, static_cast<float>(gain), foveation::MethodSettings{})
                     ->Iterations(7)->Unit(benchmark::kMillisecond)->UseRealTime();
             }
     for (const int gain : {4, 10})
         benchmark::RegisterBenchmark(("Foveation/scaled_bins_late/fragbox/1024/gain " + std::to_string(gain)).c_str(), foveation_frame, "fragbox",
-                                     "scaled_bins_late", 1024, static_cast<float>(gain))
+                                     "scaled_bins_late", 1024, static_cast<float>(gain), foveation::MethodSettings{})
             ->Iterations(7)->Unit(benchmark::kMillisecond)->UseRealTime();
-    benchmark::RegisterBenchmark("Foveation/inset_outset/fragbox/1024", foveation_frame, "fragbox", "inset_outset", 1024, 4.0f)
+    benchmark::RegisterBenchmark("Foveation/inset_outset/fragbox/1024", foveation_frame, "fragbox", "inset_outset", 1024, 4.0f, foveation::MethodSettings{})
         ->Iterations(7)->Unit(benchmark::kMillisecond)->UseRealTime();
-    benchmark::RegisterBenchmark("Foveation/auto/vert/512/gain 4", foveation_frame, "vert", "auto", 512, 4.0f)
+    benchmark::RegisterBenchmark("Foveation/auto/vert/512/gain 4", foveation_frame, "vert", "auto", 512, 4.0f, foveation::MethodSettings{})
         ->Iterations(15)->Unit(benchmark::kMillisecond)->UseRealTime();
     return true;
 }();
