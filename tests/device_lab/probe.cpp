@@ -68,9 +68,12 @@ int open_files() {
 }
 
 long resident_kib() {
-    rusage u{};
-    ::getrusage(RUSAGE_SELF, &u);
-    return u.ru_maxrss;
+    long total = 0, resident = 0;
+    if (std::FILE* f = std::fopen("/proc/self/statm", "r")) {
+        if (std::fscanf(f, "%ld %ld", &total, &resident) != 2) resident = 0;
+        std::fclose(f);
+    }
+    return resident * (::sysconf(_SC_PAGESIZE) / 1024);
 }
 
 int watch(const std::string& driver, int argc, char** argv) {
@@ -94,7 +97,7 @@ int watch(const std::string& driver, int argc, char** argv) {
     us.reserve(1 << 16);
     long samples = 0, valid = 0, opens = 0;
     int files_early = 0;
-    long kib_early = 0;
+    long kib_early = 0, kib_middle = 0;
     std::string last_error;
     const long switches_wanted = args.number("--switches", 0);
     std::uint64_t switches = 0;
@@ -129,13 +132,15 @@ int watch(const std::string& driver, int argc, char** argv) {
             files_early = open_files();
             kib_early = resident_kib();
         }
+        if (opens == 25) kib_middle = resident_kib();
     }
     const auto c = device->counters();
     std::printf("watch samples=%ld valid=%ld opens=%ld losses=%llu malformed=%llu dropped=%llu switches=%llu last_loss='%s'\n",
                 samples, valid, opens, static_cast<unsigned long long>(c.losses), static_cast<unsigned long long>(c.malformed),
                 static_cast<unsigned long long>(c.dropped), static_cast<unsigned long long>(c.switches), c.last_loss);
     if (files_early > 0)
-        std::printf("watch files=%d files_at_third_open=%d growth_kib=%ld\n", open_files(), files_early, resident_kib() - kib_early);
+        std::printf("watch files=%d files_at_third_open=%d growth_kib=%ld later_growth_kib=%ld\n", open_files(), files_early, resident_kib() - kib_early,
+                    kib_middle > 0 ? resident_kib() - kib_middle : 0);
     print_latencies("watch", std::move(us));
     rusage u{};
     ::getrusage(RUSAGE_SELF, &u);
