@@ -8,7 +8,7 @@ opened() { status_line "^ *state" | grep -o 'opened [0-9]* times, lost [0-9]* ti
 number_published() { status_line "models published" | grep -o '[0-9]* models published' | cut -d' ' -f1; }
 more_than() { [ "$(number_published)" -gt "$1" ]; }
 sleep_of_the_machine() { # sleep_of_the_machine KIND: its line in $slept
-    slept=$(${lab}probe sleep --seconds 4)
+    slept=$(${lab}probe sleep --seconds 6)   # falling asleep takes half a second, and more on a busy host
     check $? "suspend, $1: the machine slept ($slept)"
 }
 
