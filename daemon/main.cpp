@@ -150,6 +150,10 @@ int run(const Options& options) {
         .read_config = [&] { return read_config(options, devices); },
         .set_log_level = set_log_level,
         .source_changed = [&](const service::SourceStatus& s) { return recording.source_changed(s, *config, samples_fd); },
+        .config_changed = [&](const service::Config& c) {
+            *config = c;   // what a session that begins later is made with
+            recording.config_changed(c);
+        },
         .with_settings = [&](service::Config c, const std::vector<std::string>& set) -> Result<service::Config> {
             // A driver's keys mean nothing to another one.
             if (std::ranges::any_of(set, [](const std::string& s) { return s.starts_with("source.driver="); })) c.source.device = {};

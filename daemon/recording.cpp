@@ -30,6 +30,10 @@ Result<void> Recording::source_changed(const service::SourceStatus& source, cons
     return {};
 }
 
+void Recording::config_changed(const service::Config& config) {
+    if (recorder_) recorder_->add_event({MonotonicClock::now(), "config", service::print_config(config)});
+}
+
 Result<std::string> Recording::begin(const std::string& path, const service::SourceStatus& source, const service::Config& config,
                                      int samples_fd) {
     if (recorder_) return fail("a recording is under way", path_.string(), "end it first (fovea admin end-recording)");

@@ -22,6 +22,8 @@ public:
 
     // Begins the session that was wanted, if there is one, and writes the change into whatever is being recorded.
     Result<void> source_changed(const service::SourceStatus& source, const service::Config& config, int samples_fd);
+    // A reload or a switch: the whole new config as an event; the session's meta data keeps the one that it began with.
+    void config_changed(const service::Config& config);
     // From now on into `path`. Returns the file's real name.
     Result<std::string> begin(const std::string& path, const service::SourceStatus& source, const service::Config& config, int samples_fd);
     // Finishes the file; what was recorded.

@@ -241,6 +241,7 @@ struct Daemon::State {
         }
         clients->set_rules(rules_of(parts.config.server));
         if (parts.set_log_level) parts.set_log_level(parts.config.log.level);
+        if (parts.config_changed) parts.config_changed(parts.config);
         spdlog::info("config reloaded: {} keys changed, {} need a restart", applied.size(), needs_restart.size());
         return done_json(applied, needs_restart);
     }

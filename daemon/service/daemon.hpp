@@ -30,6 +30,7 @@ struct DaemonParts {
     std::function<void(const std::string& level)> set_log_level;
     // The source's new state, on the service thread; an error ends the daemon. The first call comes before `ready`.
     std::function<Result<void>(const SourceStatus&)> source_changed;
+    std::function<void(const Config&)> config_changed;      // after each `reload` or `switch` that was taken over
     // `config` with more keys set ("source.driver=hid"): for `switch`.
     std::function<Result<Config>(Config config, const std::vector<std::string>& set)> with_settings;
     // Sessions that an administrator asks for, on the service thread: the file's real name; what it holds at its end.

@@ -231,6 +231,29 @@ TEST(Fovead, TakesNewSettingsWhileItRuns) {
     EXPECT_EQ(daemon.stop(SIGTERM), 0);
 }
 
+TEST(Fovead, RecordsTheConfigOfItsBeginningAndEachLaterOne) {
+    const TemporaryFolder folder;
+    const auto config = [](const char* filter) { return std::string("[source]\nloop = true\n[filter]\nname = \"") + filter + "\"\n"; };
+    const std::string file = folder / "session.fovea";
+    DaemonProcess daemon(folder, {.arguments = {"--record", file}, .config = config("one_euro")});
+    ASSERT_TRUE(daemon.ready()) << daemon.log();
+    for (const char* filter : {"kalman", "none"}) {
+        std::ofstream(folder / "fovead.toml") << config(filter);
+        EXPECT_THAT(daemon.ask("reload"), HasSubstr("filter.name"));
+    }
+    EXPECT_EQ(daemon.stop(SIGTERM), 0);
+    auto session = replay::SessionReader::open(file);
+    ASSERT_TRUE(session) << session.error().message();
+    EXPECT_THAT(session->meta().at("config"), HasSubstr("\"one_euro\""));
+    std::vector<std::string> later;
+    const auto events = session->events().value();
+    for (const auto& e : events)
+        if (e.kind == "config") later.push_back(e.text);
+    ASSERT_EQ(later.size(), 2u);
+    EXPECT_THAT(later[0], HasSubstr("\"kalman\""));
+    EXPECT_THAT(later[1], HasSubstr("name = \"none\""));
+}
+
 TEST(Fovead, ChangesItsSourceOnReloadAndGoesOnCounting) {
     const TemporaryFolder folder;
     DaemonProcess daemon(folder, {.config = "[source]\nstart_s = 0.0\nduration_s = 0.1\n"});
