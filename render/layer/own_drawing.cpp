@@ -17,7 +17,7 @@ void main() {
 }
 )";
 
-// `level`: 1/2^shift along x and y, then 1/width and 1/height of the level's image.
+// `level`: 1/2^shift along x and y, then 1/width and 1/height of the level's image; for 's', then the bit.
 std::string fragment_shader(char kind) {
     const std::string head = "#version 300 es\nprecision highp float;\nprecision highp int;\nuniform vec4 level;\n";
     const std::string fetch = "texelFetch(source, ivec2(gl_FragCoord.xy * level.xy), 0)";
@@ -29,6 +29,8 @@ std::string fragment_shader(char kind) {
             return head + "uniform highp isampler2D source;\nout ivec4 color;\nvoid main() { color = " + fetch + "; }\n";
         case 'u':
             return head + "uniform highp usampler2D source;\nout uvec4 color;\nvoid main() { color = " + fetch + "; }\n";
+        case 's':
+            return head + "uniform highp usampler2D source;\nvoid main() { if ((" + fetch + ".r & uint(level.z)) == 0u) discard; }\n";
         case 'd':
             return head + "uniform highp sampler2D source;\nvoid main() { gl_FragDepth = " + fetch + ".r; }\n";
         default:
@@ -120,13 +122,13 @@ void OwnDrawing::draw(GLuint program, const Rects& rects) {
 
 void OwnDrawing::draw_mask(const Rects& rects) { draw(program('m'), rects); }
 
-void OwnDrawing::draw_resolve(const Rects& rects, GLuint texture, char kind, int level_width, int level_height) {
+void OwnDrawing::draw_resolve(const Rects& rects, GLuint texture, char kind, int level_width, int level_height, GLuint stencil_bit) {
     const GLuint p = program(kind);
     if (!p) return;
     const auto& scale = rects.plan->settings().levels[static_cast<std::size_t>(rects.level)];
     gl.UseProgram(p);
     gl.Uniform4f(gl.GetUniformLocation(p, "level"), 1.0f / static_cast<float>(1 << scale.x_shift),
-                 1.0f / static_cast<float>(1 << scale.y_shift), 1.0f / static_cast<float>(level_width),
+                 1.0f / static_cast<float>(1 << scale.y_shift), kind == 's' ? static_cast<float>(stencil_bit) : 1.0f / static_cast<float>(level_width),
                  1.0f / static_cast<float>(level_height));
     gl.BindTexture(GL_TEXTURE_2D, texture);
     draw(p, rects);

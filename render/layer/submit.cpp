@@ -92,6 +92,7 @@ void Context::submit_view(GLuint view, Call call) {
     if (levels) {
         if (shape_.layered) run_native(true);  // layers after the first get nothing but clears
         run_levels(pass);
+        if (batch_.stencil_cleared) pass.cleared_to.stencil = cleared_to_.stencil;
         pass.mode = Pass::Mode::levels;
         pass.resolved = false;
         count(stats.submissions_levels);
@@ -339,7 +340,7 @@ void Context::run_levels(Pass& pass) {
         pass.masks_drawn = true;
     } else if (!pass.masked && pass.masks_drawn) {
         set_for_own_drawing();
-        pass.targets->clear_masks(*pass.plan);
+        pass.targets->clear_masks(*pass.plan, pass.cleared_to.stencil);
         pass.masks_drawn = false;
     }
     own.restore();
@@ -422,6 +423,7 @@ void Context::restore_depth(Pass& pass) {
     save_for_own_drawing(own);
     set_for_own_drawing();
     pass.targets->resolve_depth(own_, *pass.plan, draw_framebuffer_);
+    pass.targets->resolve_stencil(own_, *pass.plan, draw_framebuffer_, pass.masked, pass.cleared_to.stencil);
     own.restore();
     drop_errors();
 }

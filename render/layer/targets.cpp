@@ -214,6 +214,8 @@ std::unique_ptr<Targets> Targets::create(const TargetShape& shape, int level_cou
     drop_errors();
     targets->shape_ = shape;
     targets->levels_.resize(static_cast<std::size_t>(level_count));
+    const bool stencil_textures = get_integer(GL_MAJOR_VERSION) * 10 + get_integer(GL_MINOR_VERSION) >= 32;
+    targets->depth_stencil_textures_ = shape.samples == 0 && (shape.depth_stencil != GL_STENCIL_INDEX8 || stencil_textures);
     Undo state;
     state.framebuffers();
     state.active_texture(0);
@@ -263,7 +265,7 @@ bool Targets::create_level(std::size_t index, GLenum& error) {
     };
     const bool stencil_only = shape_.depth_stencil == GL_STENCIL_INDEX8;
     const GLenum point = stencil_only ? GL_STENCIL_ATTACHMENT : GL_DEPTH_STENCIL_ATTACHMENT;
-    if (shape_.samples > 0 || stencil_only) {
+    if (!depth_stencil_textures_) {
         renderbuffer(level.depth_stencil, shape_.depth_stencil);
         gl.FramebufferRenderbuffer(GL_DRAW_FRAMEBUFFER, point, GL_RENDERBUFFER, level.depth_stencil);
     } else {
@@ -297,7 +299,7 @@ void Targets::abandon(Graveyard& to) {
             textures ? to.texture(level.color[c]) : to.renderbuffer(level.color[c]);
             to.texture(level.resolved[c]);
         }
-        textures && shape_.depth_stencil != GL_STENCIL_INDEX8 ? to.texture(level.depth_stencil) : to.renderbuffer(level.depth_stencil);
+        depth_stencil_textures_ ? to.texture(level.depth_stencil) : to.renderbuffer(level.depth_stencil);
     }
     levels_.clear();
     one_color_ = 0;
@@ -313,8 +315,7 @@ Targets::~Targets() {
             textures ? gl.DeleteTextures(1, &level.color[c]) : gl.DeleteRenderbuffers(1, &level.color[c]);
             gl.DeleteTextures(1, &level.resolved[c]);
         }
-        textures && shape_.depth_stencil != GL_STENCIL_INDEX8 ? gl.DeleteTextures(1, &level.depth_stencil)
-                                                             : gl.DeleteRenderbuffers(1, &level.depth_stencil);
+        depth_stencil_textures_ ? gl.DeleteTextures(1, &level.depth_stencil) : gl.DeleteRenderbuffers(1, &level.depth_stencil);
     }
     gl.DeleteFramebuffers(1, &one_color_);
 }
@@ -360,13 +361,13 @@ void Targets::draw_masks(OwnDrawing& own, const density::Plan& plan) {
     }
 }
 
-void Targets::clear_masks(const density::Plan& plan) {
+void Targets::clear_masks(const density::Plan& plan, GLint cleared_to) {
     for (int i = 0; i < static_cast<int>(levels_.size()); ++i) {
         if (!plan.uses(i) || (i == 0 && shape_.in_place)) continue;
         gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, levels_[static_cast<std::size_t>(i)].framebuffer);
         gl.Disable(GL_SCISSOR_TEST);
         gl.StencilMask(kMaskBit);
-        gl.ClearStencil(0);
+        gl.ClearStencil(cleared_to);
         gl.Clear(GL_STENCIL_BUFFER_BIT);
     }
 }
@@ -459,6 +460,37 @@ bool Targets::resolve_depth(OwnDrawing& own, const density::Plan& plan, GLuint p
                               .height = shape_.height, .grow_x = 0, .grow_y = 0},
                              levels_[i].depth_stencil, 'd', levels_[i].width, levels_[i].height);
     count(stats.depth_restored);
+    return true;
+}
+
+bool Targets::resolve_stencil(OwnDrawing& own, const density::Plan& plan, GLuint program_framebuffer, bool masked, GLint cleared_to) {
+    if (!depth_stencil_textures_ || !shape_.has_stencil) return false;
+    gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, program_framebuffer);
+    gl.ColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    gl.Disable(GL_DEPTH_TEST);
+    gl.Enable(GL_STENCIL_TEST);
+    gl.StencilOp(GL_REPLACE, GL_REPLACE, GL_REPLACE);
+    gl.Viewport(0, 0, shape_.width, shape_.height);
+    const GLuint copied = masked ? ~kMaskBit & 0xffu : 0xffu;
+    for (std::size_t i = shape_.in_place ? 1 : 0; i < levels_.size(); ++i) {
+        if (!plan.uses(static_cast<int>(i))) continue;
+        const OwnDrawing::Rects rects{.plan = &plan, .level = static_cast<int>(i), .width = shape_.width, .height = shape_.height, .grow_x = 0, .grow_y = 0};
+        gl.StencilMask(0xff);
+        gl.StencilFunc(GL_ALWAYS, cleared_to & static_cast<GLint>(0xffu & ~copied), 0xff);
+        own.draw_mask(rects);
+        const bool packed = shape_.depth_stencil != GL_STENCIL_INDEX8;
+        gl.BindTexture(GL_TEXTURE_2D, levels_[i].depth_stencil);
+        if (packed) gl.TexParameteri(GL_TEXTURE_2D, GL_DEPTH_STENCIL_TEXTURE_MODE, GL_STENCIL_INDEX);
+        gl.StencilFunc(GL_ALWAYS, 0xff, 0xff);
+        // No shader of OpenGL ES writes stencil values: one pass per bit.
+        for (GLuint bit = 1; bit < 0x100; bit <<= 1) {
+            if (!(bit & copied)) continue;
+            gl.StencilMask(bit);
+            own.draw_resolve(rects, levels_[i].depth_stencil, 's', levels_[i].width, levels_[i].height, bit);
+        }
+        gl.BindTexture(GL_TEXTURE_2D, levels_[i].depth_stencil);
+        if (packed) gl.TexParameteri(GL_TEXTURE_2D, GL_DEPTH_STENCIL_TEXTURE_MODE, GL_DEPTH_COMPONENT);
+    }
     return true;
 }
 

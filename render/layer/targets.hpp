@@ -64,9 +64,9 @@ public:
     };
     [[nodiscard]] bool ready();  // compiles on first use; false: the driver would not
     void draw_mask(const Rects& rects);
-    // From the texture of a level into the framebuffer bound for drawing. kind: 'f' filtered, 'n' nearest, 'i', 'u', or
-    // 'd' for depth.
-    void draw_resolve(const Rects& rects, GLuint texture, char kind, int level_width, int level_height);
+    // From the texture of a level into the framebuffer bound for drawing. kind: 'f' filtered, 'n' nearest, 'i', 'u',
+    // 'd' for depth, or 's' for fragments only where the stencil value has that bit.
+    void draw_resolve(const Rects& rects, GLuint texture, char kind, int level_width, int level_height, GLuint stencil_bit = 0);
 
 private:
     GLuint program(char kind);
@@ -93,7 +93,7 @@ public:
     void bind_for_drawing(int level, const std::vector<GLenum>& draw_buffers);
     // The masks of all levels for this plan. State: the caller's to restore.
     void draw_masks(OwnDrawing& own, const density::Plan& plan);
-    void clear_masks(const density::Plan& plan);
+    void clear_masks(const density::Plan& plan, GLint cleared_to);  // the program's value of that bit
     // The lower levels get what the program's images hold.
     void load_colors(const density::Plan& plan);
     // Lower levels into the program's images.
@@ -102,6 +102,8 @@ public:
     [[nodiscard]] std::vector<std::uint8_t> read_color();
     // Depth of all levels into the framebuffer object of the program. False: multisampled, nothing done.
     bool resolve_depth(OwnDrawing& own, const density::Plan& plan, GLuint program_framebuffer);
+    // The same for stencil. masked: the top bit is the layer's; the program's is that of cleared_to. State: the caller's to restore.
+    bool resolve_stencil(OwnDrawing& own, const density::Plan& plan, GLuint program_framebuffer, bool masked, GLint cleared_to);
 
 private:
     Targets() = default;
@@ -117,6 +119,7 @@ private:
     TargetShape shape_;
     std::vector<Level> levels_;
     std::vector<Attachment> level0_;
+    bool depth_stencil_textures_ = false;  // else renderbuffers
     GLuint one_color_ = 0;  // framebuffer with one of the program's images, for the resolve of several
 };
 
