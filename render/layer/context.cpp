@@ -243,6 +243,7 @@ void Context::note_draw() {
     if (shape_.has_depth && !batch_.depth_cleared && gl.IsEnabled(GL_DEPTH_TEST)) batch_.needs_depth = true;
     if (shape_.has_stencil && gl.IsEnabled(GL_STENCIL_TEST)) {
         batch_.uses_stencil = true;
+        if (!StencilFace::of_driver(false).leaves_top_bit() || !StencilFace::of_driver(true).leaves_top_bit()) batch_.stencil_top_bit = true;
         if (!batch_.stencil_cleared) batch_.needs_depth = true;
     }
 }
@@ -250,6 +251,8 @@ void Context::note_draw() {
 void Context::note_clear(GLbitfield buffers, GLint color, bool plain) {
     if (!plain) batch_.plain_clears = false;
     if (batch_.drew) batch_.clear_after_draw = true;
+    // Of a glClearBuffer* the value is not looked at.
+    if (buffers & GL_STENCIL_BUFFER_BIT && shape_.has_stencil && (!plain || get_integer(GL_STENCIL_CLEAR_VALUE) & static_cast<GLint>(kMaskBit))) batch_.stencil_top_bit = true;
     const auto colors = std::count_if(shape_.color.begin(), shape_.color.end(), [](GLenum format) { return format != 0; });
     if (color == 0 && colors == 1 && shape_.color[0] != 0) buffers |= GL_COLOR_BUFFER_BIT;
     if (gl.IsEnabled(GL_RASTERIZER_DISCARD)) return;

@@ -72,6 +72,7 @@ struct Pass {
     std::vector<Attachment> attachments;
     bool resolved = true;
     bool masked = true;
+    bool top_bit_free = false;     // the program's stencil values in the levels are below 0x80
     bool masks_drawn = false;
     bool only_cleared = false;     // mode native, and nothing but clears so far: auto mode can still go to levels
     ClearValues cleared_to;
@@ -262,6 +263,7 @@ private:
         bool drew = false, color_cleared = false, depth_cleared = false, stencil_cleared = false;
         bool needs_depth = false;  // or stencil, of before the batch
         bool uses_stencil = false, must_be_native = false;
+        bool stencil_top_bit = false;  // a draw or clear reads or writes it: the mask must go
         FullRate reason = FullRate::none;  // of must_be_native
         bool inherits_clear = false;       // what this batch begins with was cleared before it, natively
         bool plain_clears = true;          // every clear was a glClear

@@ -3,7 +3,9 @@
 //
 // Native (full density, the program's own framebuffer): everything as the program said. For a level at 1/2^shift:
 // viewport and scissor scaled, the scissor also cut to the level's bounds, and, if the stencil buffer is the layer's, its
-// top bit tested, which is 1 in the bins of the level only.
+// top bit tested, which is 1 in the bins of the level only. The program's own stencil test goes on in the other bits: a
+// comparison for equal, less or less-or-equal gets the top bit on both sides; others cannot be joined with the mask, and
+// run unmasked (what they draw outside the bins is not resolved).
 // Threads: one at a time.
 #pragma once
 
@@ -26,6 +28,17 @@ struct LevelView {
     bool float_viewport = false; // the driver has glViewportIndexedf
 };
 
+// The stencil state of one face.
+struct StencilFace {
+    GLenum func = GL_ALWAYS;
+    GLint ref = 0;
+    GLuint value_mask = ~0u, write_mask = ~0u;
+    GLenum fail = GL_KEEP, depth_fail = GL_KEEP, pass = GL_KEEP;
+    [[nodiscard]] static StencilFace of_driver(bool back);
+    // Whether it reads or writes the top bit in a way that shows, if that bit is 0 in the buffer.
+    [[nodiscard]] bool leaves_top_bit() const noexcept;
+};
+
 class Replay {
 public:
     // Takes over the state that the driver has now as the program's, and applies the view to it.
@@ -34,16 +47,21 @@ public:
     void scissor(GLint x, GLint y, GLsizei w, GLsizei h);
     void set_enabled(GLenum capability, bool on);
     [[nodiscard]] const LevelView& view() const noexcept { return view_; }
-    // The layer's mask owns the stencil state: recorded stencil calls are left out.
-    [[nodiscard]] bool owns_stencil() const noexcept { return view_.masked; }
+    void stencil_func(GLenum face, GLenum func, GLint ref, GLuint mask);
+    void stencil_mask(GLenum face, GLuint mask);
+    void stencil_op(GLenum face, GLenum fail, GLenum depth_fail, GLenum pass);
 
 private:
     void apply_viewport() const;
     void apply_scissor() const;
+    void apply_stencil() const;
+    template <class Change>
+    void change_stencil(GLenum face, Change change);
 
     LevelView view_;
     std::array<GLint, 4> viewport_{}, scissor_{};
-    bool scissor_on_ = false;
+    bool scissor_on_ = false, stencil_on_ = false;
+    std::array<StencilFace, 2> stencil_{};  // the program's: front, back
 };
 
 }  // namespace fovea::layer

@@ -37,34 +37,33 @@ namespace fovea::layer {
     c->log().add([=](Replay& replay) { replay.scissor(x, y, w, h); });
 }
 
-template <class StencilCall>
-static void stencil(StencilCall call) {
+// Recorded as calls to the replay: at a lower level the mask has a bit of the stencil buffer.
+template <class DriverCall, class ReplayCall>
+static void stencil(DriverCall driver, ReplayCall replayed) {
     Context* c = recording();
-    if (!c) return call();
+    if (!c) [[likely]] return driver();
     c->undo().stencil();
-    call();
-    c->log().add([call](Replay& replay) {
-        if (!replay.owns_stencil()) call();
-    });
+    driver();
+    c->log().add(replayed);
 }
 
 void GL_APIENTRY layer_glStencilFunc(GLenum func, GLint ref, GLuint mask) {
-    stencil([=] { gl.StencilFunc(func, ref, mask); });
+    stencil([=] { gl.StencilFunc(func, ref, mask); }, [=](Replay& r) { r.stencil_func(GL_FRONT_AND_BACK, func, ref, mask); });
 }
 void GL_APIENTRY layer_glStencilFuncSeparate(GLenum face, GLenum func, GLint ref, GLuint mask) {
-    stencil([=] { gl.StencilFuncSeparate(face, func, ref, mask); });
+    stencil([=] { gl.StencilFuncSeparate(face, func, ref, mask); }, [=](Replay& r) { r.stencil_func(face, func, ref, mask); });
 }
 void GL_APIENTRY layer_glStencilMask(GLuint mask) {
-    stencil([=] { gl.StencilMask(mask); });
+    stencil([=] { gl.StencilMask(mask); }, [=](Replay& r) { r.stencil_mask(GL_FRONT_AND_BACK, mask); });
 }
 void GL_APIENTRY layer_glStencilMaskSeparate(GLenum face, GLuint mask) {
-    stencil([=] { gl.StencilMaskSeparate(face, mask); });
+    stencil([=] { gl.StencilMaskSeparate(face, mask); }, [=](Replay& r) { r.stencil_mask(face, mask); });
 }
 void GL_APIENTRY layer_glStencilOp(GLenum fail, GLenum zfail, GLenum zpass) {
-    stencil([=] { gl.StencilOp(fail, zfail, zpass); });
+    stencil([=] { gl.StencilOp(fail, zfail, zpass); }, [=](Replay& r) { r.stencil_op(GL_FRONT_AND_BACK, fail, zfail, zpass); });
 }
 void GL_APIENTRY layer_glStencilOpSeparate(GLenum face, GLenum fail, GLenum zfail, GLenum zpass) {
-    stencil([=] { gl.StencilOpSeparate(face, fail, zfail, zpass); });
+    stencil([=] { gl.StencilOpSeparate(face, fail, zfail, zpass); }, [=](Replay& r) { r.stencil_op(face, fail, zfail, zpass); });
 }
 
 template <class BindCall>

@@ -195,6 +195,7 @@ bool Context::start_levels(Pass& pass, const Latched& latched) {
     pass.targets = targets;
     pass.attachments = attachments_;
     pass.masked = true;
+    pass.top_bit_free = false;  // until a clear says so
     Undo state;
     save_for_own_drawing(state);
     if (!shape_.in_place) targets->attach_level0(attachments_);
@@ -333,7 +334,9 @@ void Context::run_levels(Pass& pass) {
     if (shape_.in_place) draw_buffers = {GL_COLOR_ATTACHMENT0};
     Undo own;
     save_for_own_drawing(own);
-    if (batch_.uses_stencil) pass.masked = false;
+    if (batch_.stencil_cleared) pass.top_bit_free = true;
+    if (batch_.stencil_top_bit) pass.top_bit_free = false;
+    if (batch_.uses_stencil && !pass.top_bit_free) pass.masked = false;
     if (pass.masked && !pass.masks_drawn) {
         set_for_own_drawing();
         pass.targets->draw_masks(own_, *pass.plan);

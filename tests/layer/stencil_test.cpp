@@ -1,4 +1,6 @@
 // The program's own stencil values in a foveated target, whose stencil buffer at each level the layer shares.
+#include <cstdlib>
+
 #include "tests/layer/layer_test.hpp"
 
 namespace fovea::layer_test {
@@ -70,6 +72,52 @@ TEST_F(Stencil, ValuesOfAllBitsSurviveTheWayBackToFullDensity) {
         EXPECT_GL(GL_NO_ERROR);
         glDisable(GL_STENCIL_TEST);
     }
+}
+
+// Every comparison and operation, with masks that leave the layer the top bit and with masks that do not, on either face.
+TEST_F(Stencil, EveryTestAndOperationGivesThePlainDriversPixelsAtEveryLevel) {
+    static constexpr GLenum kOps[] = {GL_KEEP, GL_ZERO, GL_REPLACE, GL_INCR, GL_DECR, GL_INVERT, GL_INCR_WRAP, GL_DECR_WRAP};
+    const Surface plain = surface(kSize, kSize), s = surface(kSize, kSize);
+    foveate(s);
+    focus(s, 0, 0, 16);
+    std::vector<Picture> pictures[2];
+    for (const Surface* to : {&plain, &s}) {
+        glBindFramebuffer(GL_FRAMEBUFFER, to->framebuffer);
+        for (const GLint first : {0, 0x7f, 0x80})
+            for (GLenum op : kOps)
+                for (const GLuint mask : {0xffu, 0x7fu, 0x0fu}) {
+                    glClearStencil(first);
+                    glStencilMask(0xff);
+                    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
+                    glEnable(GL_STENCIL_TEST);
+                    glStencilMask(mask);
+                    glStencilFuncSeparate(GL_FRONT_AND_BACK, GL_ALWAYS, 0x25, mask);
+                    glStencilOpSeparate(GL_BACK, GL_ZERO, GL_ZERO, GL_INVERT);
+                    glStencilOpSeparate(GL_FRONT, GL_KEEP, GL_KEEP, op);
+                    draw_triangle(-1, -1, 2, 0, {0, 0, 0, 1});
+                    glStencilOp(GL_KEEP, GL_KEEP, GL_KEEP);
+                    // Each comparison in a strip of its own.
+                    glEnable(GL_SCISSOR_TEST);
+                    for (int i = 0; i < 8; ++i) {
+                        glScissor(i * kSize / 8, 0, kSize / 8, kSize);
+                        glStencilFunc(GL_NEVER + static_cast<GLenum>(i), 0x25, mask);
+                        draw_triangle(-1, -1, 4, 0, {0, 1, static_cast<float>(i) / 8, 1});
+                    }
+                    glDisable(GL_SCISSOR_TEST);
+                    glDisable(GL_STENCIL_TEST);
+                    pictures[to == &s].push_back(read(*to));
+                }
+    }
+    for (std::size_t k = 0; k < pictures[0].size(); ++k)
+        for (const int y : {8, 120, 136, 248})
+            for (int i = 0; i < 8; ++i) {
+                const int x = i * kSize / 8 + kSize / 16;
+                // Away from the edge of the triangle and of the strips, where levels round.
+                if (std::abs(x + y - kSize) > 24) {
+                    ASSERT_EQ(pictures[0][k].at(x, y), pictures[1][k].at(x, y)) << "case " << k << " comparison " << i << " y " << y;
+                }
+            }
+    EXPECT_GL(GL_NO_ERROR);
 }
 
 TEST_F(Stencil, TheTopBitOfAClearIsThereWhenStencilIsUsedLater) {
