@@ -90,8 +90,8 @@ double object_motion_px(std::span<const scene::ObjectMotion> objects, const scen
     return most;
 }
 
-Result<void> MotionPass::draw(const gl::CommandList& draws, std::uint32_t eye, const scene::SceneView& view, int width_px, int height_px, const scene::Pose& now,
-                              const scene::Pose& then, double factor, std::span<const scene::ObjectMotion> objects) {
+Result<void> MotionPass::draw(const gl::CommandList& draws, std::uint32_t eye, const scene::SceneView& view, int width_px, int height_px, const Cameras& cameras,
+                              std::span<const scene::ObjectMotion> objects) {
     const int columns = (width_px + kCell_px - 1) / kCell_px, rows = (height_px + kCell_px - 1) / kCell_px;
     if (target_.width() != columns || target_.height() != rows) {
         auto target = gl::RenderTarget::create({.width_px = columns, .height_px = rows, .format = gl::ColorFormat::rgba16f});
@@ -99,6 +99,7 @@ Result<void> MotionPass::draw(const gl::CommandList& draws, std::uint32_t eye, c
         target_ = *std::move(target);
         const auto cells = static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
         read_.resize(4 * cells);
+        motion_.resize(2 * cells);
         ahead_.resize(2 * cells);
         depth_.resize(cells);
     }
@@ -131,7 +132,8 @@ Result<void> MotionPass::draw(const gl::CommandList& draws, std::uint32_t eye, c
     glReadPixels(0, 0, columns, rows, GL_RGBA, GL_FLOAT, read_.data());
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
 
-    const Mat4 from_world = scene::view_from_world(now, view.offset_m), to_view = scene::view_from_world(then, view.offset_m), world_from = inverse_of(from_world);
+    const Mat4 from_world = scene::view_from_world(cameras.now, view.offset_m), world_from = inverse_of(from_world);
+    const Mat4 to_view = scene::view_from_world(cameras.then, view.offset_m), from_view = scene::view_from_world(cameras.before, view.offset_m);
     struct Mover {
         Mat4 object_from_world;
         const scene::ObjectMotion* motion;
@@ -146,19 +148,21 @@ Result<void> MotionPass::draw(const gl::CommandList& draws, std::uint32_t eye, c
             const auto at = static_cast<std::size_t>(y) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(x);
             const double away = std::clamp(static_cast<double>(read_[4 * at]), 1e-3, static_cast<double>(kSky_m));
             const double tx = f.tan_left + wide * (x + 0.5) / columns, ty = f.tan_down + high * (y + 0.5) / rows;
-            Point world = moved_by(world_from, {tx * away, ty * away, -away});
+            Point world = moved_by(world_from, {tx * away, ty * away, -away}), was = world;
             for (const Mover& m : movers) {
                 const Point p = moved_by(m.object_from_world, world);
                 if (!inside(m.motion->bounds, p)) continue;
-                const Point was = moved_by(m.motion->previous_world_from_object, p);
-                for (std::size_t i = 0; i < 3; ++i) world[i] += factor * (world[i] - was[i]);
+                was = moved_by(m.motion->previous_world_from_object, p);
+                for (std::size_t i = 0; i < 3; ++i) world[i] += cameras.factor * (world[i] - was[i]);
                 break;
             }
-            const Point seen = moved_by(to_view, world);
             depth_[at] = static_cast<float>(away);
-            const bool ahead = seen[2] < -1e-3;
+            const Point seen = moved_by(to_view, world), before = moved_by(from_view, was);
+            const bool ahead = seen[2] < -1e-3, behind = before[2] < -1e-3;
             ahead_[2 * at] = ahead ? static_cast<float>((seen[0] / -seen[2] - tx) / wide * width_px) : 0.0f;
             ahead_[2 * at + 1] = ahead ? static_cast<float>((seen[1] / -seen[2] - ty) / high * height_px) : 0.0f;
+            motion_[2 * at] = behind ? static_cast<float>((tx - before[0] / -before[2]) / wide * width_px) : kNoMotion_px;
+            motion_[2 * at + 1] = behind ? static_cast<float>((ty - before[1] / -before[2]) / high * height_px) : kNoMotion_px;
         }
     return {};
 }

@@ -208,10 +208,10 @@ private:
         for (std::size_t i = 0; i < kEyes; ++i) {
             render::extrapolation::KnownMotion motion;
             if (knows_motion()) {
-                const scene::Pose now = eyes_.camera(frame.scene_s), then = eyes_.camera(x.scene_s);
-                if (auto r = motion_.draw(eyes_.draws(), static_cast<std::uint32_t>(i), Eyes::views()[i], eyes_.width(), eyes_.height(), now, then, static_cast<double>(factor), objects); !r)
+                const MotionPass::Cameras cameras{eyes_.camera(before.scene_s), eyes_.camera(frame.scene_s), eyes_.camera(x.scene_s), static_cast<double>(factor)};
+                if (auto r = motion_.draw(eyes_.draws(), static_cast<std::uint32_t>(i), Eyes::views()[i], eyes_.width(), eyes_.height(), cameras, objects); !r)
                     return r;
-                motion = {.motion_px = nullptr, .depth = motion_.depth().data(), .width = motion_.columns(), .height = motion_.rows(), .ahead_px = motion_.ahead_px().data()};
+                motion = {.motion_px = motion_.motion_px().data(), .depth = motion_.depth().data(), .width = motion_.columns(), .height = motion_.rows(), .ahead_px = motion_.ahead_px().data()};
             }
             const auto followed = in_between_.follow(i, eyes_.target(i), frame.regions[i], factor, knows_motion() ? &motion : nullptr);
             if (!followed) return std::unexpected(followed.error());

@@ -49,7 +49,7 @@ protected:
         if (!c) return;
         context_.emplace(std::move(*c));
         for (const Backend b : {Backend::processor, Backend::compute, Backend::fragment})
-            if (auto e = GlExtrapolator::create(load_gl, {.preset = Preset::fast, .backend = b})) sides_.push_back({b, std::move(*e)});
+            if (auto e = GlExtrapolator::create(load_gl, {.preset = Preset::balanced, .backend = b})) sides_.push_back({b, std::move(*e)});
         EXPECT_FALSE(sides_.empty());
     }
     static void TearDownTestSuite() {
