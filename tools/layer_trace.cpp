@@ -106,7 +106,7 @@ std::string submission_html(const std::filesystem::path& folder, const json& s, 
 constexpr const char* kHead = R"(<!doctype html><html lang='en'><meta charset='utf-8'><title>Fovea: layer trace</title><style>
 body{font:15px/1.45 system-ui,sans-serif;max-width:1400px;margin:2em auto;padding:0 1em;color:#111;background:#fff}
 h1{font-size:1.5em}h2{margin-top:2em;border-bottom:1px solid #ccc}h3{font-size:1.05em}code{background:#f2f2f2;padding:0 .2em}
-.row{display:flex;flex-wrap:wrap;gap:12px}figure{margin:0;flex:1 1 380px;max-width:640px}figure img,figure svg{width:100%;height:auto;display:block;background:#000}
+.row{display:grid;grid-template-columns:repeat(3,minmax(0,1fr));gap:12px}figure{margin:0}figure img,figure svg{width:100%;height:auto;display:block;background:#000}
 figcaption{color:#444;font-size:.9em}table{border-collapse:collapse}td,th{padding:.15em .7em;text-align:left;border-bottom:1px solid #ddd;vertical-align:top}
 </style>)";
 

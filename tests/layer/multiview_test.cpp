@@ -36,3 +36,10 @@ TEST(Multiview, EachViewIsFoveatedByItsOwnFocalPoint) {
               "view 3: corners 4 4 4 1, id 3\n");
 }
 
+
+// The scene and the passes of Arm's sample of foveated rendering with four views, written anew.
+TEST(Multiview, LitCubesOfFourCamerasArePutTogetherForEachEye) {
+    const Ran ran = shell(kLayer + "-- " + kProgram + " cubes");
+    EXPECT_EQ(ran.exit_code, 0);
+    EXPECT_EQ(ran.out, "right eye: middle faces us 1, corner empty 1\nwide 1, twice as large in the insets: 4 4\n");
+}

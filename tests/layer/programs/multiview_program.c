@@ -1,6 +1,9 @@
 /* Four views, as samples of foveated rendering with GL_OVR_multiview do it: two wide ones and two narrow insets are drawn
  * by one draw into four layers of an array, and a second pass puts them together. Prints what the layers and the
- * composition hold, and the answers of the extension. usage: multiview_program [foveated] */
+ * composition hold, and the answers of the extension. usage: multiview_program [foveated|cubes]
+ * cubes: three lit cubes from client memory seen by two wide and two narrow cameras, and each eye put together of both. */
+#include <math.h>
+
 #include "gles_program.h"
 
 #ifndef GL_OVR_multiview
@@ -88,6 +91,90 @@ static void foveated(PFNGLFRAMEBUFFERTEXTUREMULTIVIEWOVRPROC attach) {
     check_gl("foveated");
 }
 
+/* column-major: a camera at (eye, 0, 5) that looks along -z with the tangent of half its angle, in front of a cube at x */
+static void look(float *m, float tangent, float eye, float x, float angle) {
+    const float c = cosf(angle), n = sinf(angle), near = 0.1f, far = 100, zoom = 1 / tangent;
+    const float a = -(far + near) / (far - near), b = -2 * far * near / (far - near);
+    const float matrix[16] = {zoom * c, 0, -a * n, n, 0, zoom, 0, 0, zoom * n, 0, a * c, -c, zoom * (x - eye), 0, -5 * a + b, 5};
+    memcpy(m, matrix, sizeof matrix);
+}
+
+static void cubes(PFNGLFRAMEBUFFERTEXTUREMULTIVIEWOVRPROC attach) {
+    enum { WIDE = 256 };
+    static const float axes[6][3] = {{0, 0, 1}, {1, 0, 0}, {0, 0, -1}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}};
+    float vertices[24][3], normals[24][3], matrices[VIEWS][16];
+    GLushort indices[36];
+    GLuint color = make_array(GL_RGBA8, WIDE), depth = make_array(GL_DEPTH_COMPONENT24, WIDE), fbo, reader, out, program, composition;
+    long drawn[VIEWS] = {0};
+    int face, corner, frame, cube, view, i, eye;
+    uint8_t wide[4], inset[4];
+    for (face = 0; face < 6; ++face)
+        for (corner = 0; corner < 4; ++corner)
+            for (i = 0; i < 3; ++i) {
+                const int side = axes[face][i] != 0 ? 0 : i == (axes[face][(i + 1) % 3] != 0 ? (i + 2) % 3 : i) ? 1 : 2;
+                const float across = side == 1 ? 1.0f : 0.0f, along = side == 2 ? 1.0f : 0.0f;
+                vertices[4 * face + corner][i] = axes[face][i] + across * (corner == 0 || corner == 3 ? -1 : 1) + along * (corner < 2 ? -1 : 1);
+                normals[4 * face + corner][i] = axes[face][i];
+            }
+    for (face = 0; face < 6; ++face)
+        for (i = 0; i < 6; ++i) indices[6 * face + i] = (GLushort)(4 * face + "012023"[i] - '0');
+    program = make_program(
+        "#version 300 es\n#extension GL_OVR_multiview : enable\nlayout(num_views = 4) in;\n"
+        "layout(location = 0) in vec3 position; layout(location = 1) in vec3 normal; uniform mat4 transform[4]; out vec3 facing;\n"
+        "void main() { gl_Position = transform[gl_ViewID_OVR] * vec4(position, 1.0); facing = normal; }",
+        "#version 300 es\nprecision highp float; in vec3 facing; out vec4 color; void main() { color = vec4(abs(facing), 1.0); }");
+    composition = make_program(
+        "#version 300 es\nout highp vec2 at; void main() { vec2 p = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1)) * 4.0 - 1.0;\n"
+        "  at = p * 0.5 + 0.5; gl_Position = vec4(p, 0.5, 1.0); }",
+        "#version 300 es\nprecision highp float; precision highp sampler2DArray; in vec2 at; uniform sampler2DArray views; uniform int eye; out vec4 color;\n"
+        "void main() { vec2 inner = at * 2.0 - 0.5; float sharp = smoothstep(-0.25, -0.04, -dot(inner - 0.5, inner - 0.5));\n"
+        "  color = mix(texture(views, vec3(at, eye)), texture(views, vec3(inner, eye + 2)), sharp); }");
+    glGenFramebuffers(1, &fbo);
+    glGenFramebuffers(1, &reader);
+    out = make_framebuffer(make_texture(WIDE, WIDE), WIDE, WIDE);
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_LEQUAL);
+    for (frame = 0; frame < 3; ++frame) {
+        glBindFramebuffer(GL_DRAW_FRAMEBUFFER, fbo);
+        if (frame == 0) {
+            attach(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, color, 0, 0, VIEWS);
+            attach(GL_DRAW_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, depth, 0, 0, VIEWS);
+            if (glCheckFramebufferStatus(GL_DRAW_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) fail("four views incomplete");
+        }
+        glViewport(0, 0, WIDE, WIDE);
+        glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
+        glUseProgram(program);
+        glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, vertices);
+        glVertexAttribPointer(1, 3, GL_FLOAT, GL_FALSE, 0, normals);
+        glEnableVertexAttribArray(0);
+        glEnableVertexAttribArray(1);
+        for (cube = 0; cube < 3; ++cube) { /* the outer two are out of sight of the narrow cameras */
+            for (view = 0; view < VIEWS; ++view)
+                look(matrices[view], view < 2 ? 1 : 0.5f, view & 1 ? 0.5f : -0.5f, cube == 0 ? 0 : cube == 1 ? -40 : 40, 0.02f * (float)frame);
+            glUniformMatrix4fv(glGetUniformLocation(program, "transform"), VIEWS, GL_FALSE, matrices[0]);
+            glDrawElements(GL_TRIANGLES, 36, GL_UNSIGNED_SHORT, indices);
+        }
+        glDisableVertexAttribArray(1);
+        glBindFramebuffer(GL_FRAMEBUFFER, out);
+        glUseProgram(composition);
+        glBindTexture(GL_TEXTURE_2D_ARRAY, color);
+        for (eye = 0; eye < 2; ++eye) {
+            glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+            glUniform1i(glGetUniformLocation(composition, "eye"), eye);
+            glDrawArrays(GL_TRIANGLES, 0, 3);
+        }
+    }
+    glReadPixels(WIDE / 2 - 8, WIDE / 2, 1, 1, GL_RGBA, GL_UNSIGNED_BYTE, inset);
+    glReadPixels(3, 3, 1, 1, GL_RGBA, GL_UNSIGNED_BYTE, wide);
+    printf("right eye: middle faces us %d, corner empty %d\n", inset[2] == 255 && inset[0] == 0, wide[2] == 0);
+    for (view = 0; view < VIEWS; ++view) {
+        read_layer(reader, color, view, WIDE);
+        for (i = 0; i < WIDE * WIDE; ++i) drawn[view] += pixels[4 * i + 3] == 255;
+    }
+    printf("wide %d, twice as large in the insets: %d %d\n", drawn[0] > 1000, (int)((drawn[2] + drawn[0] / 2) / drawn[0]), (int)((drawn[3] + drawn[1] / 2) / drawn[1]));
+    check_gl("cubes");
+}
+
 int main(int argc, char **argv) {
     /* scale of each view: left and right wide, left and right inset */
     static const float scale[VIEWS] = {0.5f, 0.5f, 1.0f, 1.0f}, shift[VIEWS] = {-0.25f, 0.25f, -0.25f, 0.25f};
@@ -101,6 +188,11 @@ int main(int argc, char **argv) {
     if (!attach) fail("no glFramebufferTextureMultiviewOVR");
     if (argc > 1 && !strcmp(argv[1], "foveated")) {
         foveated(attach);
+        close_context();
+        return 0;
+    }
+    if (argc > 1 && !strcmp(argv[1], "cubes")) {
+        cubes(attach);
         close_context();
         return 0;
     }
