@@ -33,14 +33,14 @@ case_suspend() {
     sleep 4
     [ "$(opened)" = "opened 2 times, lost 1 times" ] && grep -q "the machine has slept" /run/lab/daemon.log
     check $? "suspend, hid: it was a loss, and is told of ($(opened))"
-    [ "$(ls /proc/$daemon/fd | wc -l)" = "$files" ]
+    [ "$(ls /proc/$daemon/fd | wc -l)" -le "$files" ]
     check $? "suspend, hid: no file leaks"
     kill $focus
     wait $focus
     stop_daemon "suspend, hid"
     end $tracker
     result=$(cat /run/lab/focus.txt)
-    [ "$(field "$result" live_before)" -gt 100 ] && [ "$(field "$result" woke)" = 1 ] && [ "$(field "$result" live_after)" -gt 100 ] && [ "$(field "$result" static_after)" -gt 0 ]
+    [ "$(field "$result" live_before)" -gt 100 ] && [ "$(field "$result" woke)" = 1 ] && [ "$(field "$result" live_after)" -gt 100 ]
     check $? "suspend, hid: an app sees the gaze go and come back"
     echo "MEASURED suspend: an app was shown gaze from before the sleep for $(field "$result" old_gaze_ms) ms after it, and new gaze after $(field "$result" back_ms) ms"
     result=$(${lab}probe after-sleep /run/lab/session.fovea --to-ns "$(field "$slept" to_ns)" --from-boot-ns "$(field "$slept" from_boot_ns)" --to-boot-ns "$(field "$slept" to_boot_ns)")

@@ -4,7 +4,7 @@
 //   --malformed-every N   every Nth report is cut short, overlong or of a foreign id
 //   --cycles C --count N  C times: plug in, send N reports, pull out in mid-stream
 //   --broken N            N devices one after the other, each with a descriptor that is damaged somewhere and reports of
-//                         random bytes, for a fifth of a second; nothing else
+//                         random bytes, until somebody has read for a fifth of a second, at most for one; nothing else
 //   --silent-after N      stays plugged in and says nothing more after N reports
 //   --stamps monotonic    device time is the monotonic clock when the report is handed to the kernel
 //   --stamps boottime     the same of the clock that goes on while the machine sleeps, as a tracker's own does
@@ -130,7 +130,7 @@ std::vector<std::uint8_t> damaged(std::vector<std::uint8_t> d, std::mt19937& ran
 
 void play_broken(const tests::Shape& shape, long devices) {
     std::mt19937 random(7);
-    long opened = 0;
+    long accepted = 0, opened = 0;
     const auto put = [](int fd, const uhid_event& e) { static_cast<void>(!::write(fd, &e, sizeof e)); };   // the kernel may refuse it
     for (long i = 0; i < devices && !stop; ++i) {
         const auto descriptor = damaged(shape.descriptor, random);
@@ -145,13 +145,24 @@ void play_broken(const tests::Shape& shape, long devices) {
         e.u.create2.rd_size = static_cast<__u16>(descriptor.size());
         std::memcpy(e.u.create2.rd_data, descriptor.data(), descriptor.size());
         put(fd, e);
-        const Instant end = MonotonicClock::now() + std::chrono::milliseconds(200);
+        // Refused ones never get a node.
+        Instant end = MonotonicClock::now() + std::chrono::milliseconds(300);
+        bool there = false, read = false;
         while (!stop && MonotonicClock::now() < end) {
+            if (!there && ::access("/dev/hidraw0", F_OK) == 0) {
+                there = true;
+                ++accepted;
+                end = MonotonicClock::now() + std::chrono::milliseconds(900);
+            }
             if (wait_until(MonotonicClock::now() + std::chrono::milliseconds(4), fd)) {
                 uhid_event asked{};
                 if (::read(fd, &asked, sizeof asked) <= 0) break;
                 uhid_event a{};
-                opened += asked.type == UHID_OPEN ? 1 : 0;
+                if (asked.type == UHID_OPEN && !read) {
+                    read = true;
+                    ++opened;
+                    end = MonotonicClock::now() + std::chrono::milliseconds(200);
+                }
                 if (asked.type == UHID_GET_REPORT) {
                     a.type = UHID_GET_REPORT_REPLY;
                     a.u.get_report_reply.id = asked.u.get_report.id;
@@ -177,7 +188,7 @@ void play_broken(const tests::Shape& shape, long devices) {
         put(fd, e);
         ::close(fd);
     }
-    std::printf("tracker: %ld broken devices, opened=%ld times\n", devices, opened);
+    std::printf("tracker: %ld broken devices, %ld taken by the kernel, %ld opened\n", devices, accepted, opened);
 }
 
 tests::Truth truth_of(const FeedSample& s) {
