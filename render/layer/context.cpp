@@ -29,6 +29,9 @@ void Context::made_current(EGLDisplay display, EGLSurface surface) {
                 buffer_storage_ |= extension == "GL_EXT_buffer_storage";
                 float_viewport_ |= extension == "GL_OES_viewport_array" && gl.ViewportIndexedfOES;
             }
+            const auto* renderer = reinterpret_cast<const char*>(gl.GetString(GL_RENDERER));
+            for (const char* name : {"llvmpipe", "softpipe", "SWR", "SwiftShader", "swrast"})
+                if (renderer && std::strstr(renderer, name)) pay_.set_processor_draws(true);
             const char* reading = std::getenv("FOVEA_LAYER_READING");
             if (reading && std::strcmp(reading, "linear") == 0) reading_ = density::Reading::linear;
             if (const char* mib = std::getenv("FOVEA_LAYER_MEMORY_MIB"); mib && *mib) memory_limit_ = std::strtoull(mib, nullptr, 10) << 20;

@@ -104,7 +104,7 @@ TEST(AutoMode, DepthGoesFromFrameToFrameThroughEveryWay) {
     const auto lines = [](const Ran& ran) { return ran.out.substr(0, ran.out.find("hash")); };
     const Ran plain = shell(kProgram + frames);
     EXPECT_EQ(lines(shell(kLayer + "--auto --focus 0,0 --gain 8 --compare -- " + kProgram + frames)), lines(plain));
-    // The trial: 8 frames straight, 8 in levels, of which the last is the first of a pair; then straight, as levels take longer here.
+    // The trial: 6 frames straight, 12 in levels, of which the last is the first of a pair; then straight.
     EXPECT_EQ(lines(shell(kLayer + "--auto --focus 0,0 --gain 8 -- " + kProgram + frames)), lines(plain));
 }
 

@@ -24,7 +24,7 @@ struct Frames {
     }
 };
 
-constexpr int kTrial = 2 * (PayTest::kSettle + PayTest::kMeasured);
+constexpr int kTrial = PayTest::kBlocks * (PayTest::kSettle + PayTest::kMeasured);
 
 }  // namespace
 
@@ -47,6 +47,23 @@ TEST(PayTest, AtTheDisplaysPaceTheProcessorDecides) {
     Frames other;
     other.frames(kTrial, 16'666'667, 16'666'667, 9'000'000, 4'000'000);
     EXPECT_TRUE(other.test.levels_now());
+}
+
+TEST(PayTest, WhereTheProcessorDrawsItDecides) {
+    Frames run;
+    run.test.set_processor_draws(true);
+    run.frames(kTrial, 20'000'000, 10'000'000, 4'000'000, 9'000'000);  // another program ran meanwhile
+    EXPECT_FALSE(run.test.levels_now());
+}
+
+TEST(PayTest, LevelsMustBeFasterInBothHalves) {
+    for (const bool second : {false, true}) {
+        Frames run;
+        run.frames(second ? kTrial / 2 : 0, 1'000'000, 2'000'000, 0, 0);
+        run.frames(kTrial / 2, 2'000'000, 1'000'000, 0, 0);
+        run.frames(second ? 0 : kTrial / 2, 1'000'000, 2'000'000, 0, 0);
+        EXPECT_FALSE(run.test.levels_now());
+    }
 }
 
 TEST(PayTest, TriesAgainAndFollowsAChangeOfScene) {
