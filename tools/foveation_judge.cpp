@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "protocol/sphere.hpp"
+#include "render/effects/smoothing.hpp"
 #include "render/density/acuity.hpp"
 #include "render/density/fovea_size.hpp"
 #include "render/gl/context.hpp"
@@ -64,6 +65,10 @@ public:
             owned_.push_back(*std::move(t));
             targets_.push_back({owned_.back().framebuffer(), 0, 0, o.size_px, o.size_px});
         }
+        auto smoothing = effects::Smoothing::create();
+        if (!smoothing) return std::unexpected(smoothing.error());
+        smoothing_.emplace(*std::move(smoothing));
+        if (auto r = smoothing_->prepare(o.size_px, o.size_px, 1); !r) return r;
         scene_->record(3.0, eyes_, draws_);
         weigh();
         return {};
@@ -108,6 +113,13 @@ public:
     void picture(Pixels& p) const {
         p.resize(pixels() * 4);
         gl::read_pixels(targets_[0].framebuffer, 0, 0, options_->size_px, options_->size_px, p);
+    }
+
+    // The last picture, mixed with those before it where it is not at full resolution.
+    void smoothed(const Candidate& c, Pixels& p) {
+        const bool drawn = smoothing_->draw(0, owned_[0].color_texture(), c.timed->plan(0), c.timed->full_region(0), eyes_[0].fov, {});
+        p.resize(pixels() * 4);
+        gl::read_pixels(drawn ? smoothing_->result(0).framebuffer() : targets_[0].framebuffer, 0, 0, options_->size_px, options_->size_px, p);
     }
 
     // 255 where the last frame of the method is not at full resolution.
@@ -227,22 +239,32 @@ private:
     }
 
     void flicker(Candidate& c, NdcPoint gaze, Pixels before, Pixels before_mask, FoveationScore& score) {
-        Pixels after, mask;
-        double sum = 0;
+        Pixels after, mask, smooth_before, smooth;
+        double sum = 0, smooth_sum = 0;
+        smoothing_->forget();
+        smoothed(c, smooth_before);
         std::size_t count = 0;
         for (int step = 1; step <= kPursuitFrames; ++step) {
             draw(*c.timed, c.setting->gain, {gaze.x + kPursuitStep_ndc * step, gaze.y});
             picture(after);
+            smoothed(c, smooth);
             outside(*c.timed, mask);
             for (std::size_t i = 0; i < pixels(); ++i) {
                 if (mask[i] == 0 || before_mask[i] == 0) continue;
                 ++count;
-                for (std::size_t k = 4 * i; k < 4 * i + 3; ++k) sum += std::abs(double(after[k]) - double(before[k]));
+                for (std::size_t k = 4 * i; k < 4 * i + 3; ++k) {
+                    sum += std::abs(double(after[k]) - double(before[k]));
+                    smooth_sum += std::abs(double(smooth[k]) - double(smooth_before[k]));
+                }
             }
             std::swap(before, after);
+            std::swap(smooth_before, smooth);
             std::swap(before_mask, mask);
         }
-        if (count != 0) score.flicker += sum / (3.0 * static_cast<double>(count)) / kGazes.size();
+        if (count != 0) {
+            score.flicker += sum / (3.0 * static_cast<double>(count)) / kGazes.size();
+            score.flicker_smooth += smooth_sum / (3.0 * static_cast<double>(count)) / kGazes.size();
+        }
     }
 
     const JudgeOptions* options_ = nullptr;
@@ -251,6 +273,7 @@ private:
     std::vector<gl::RenderTarget> owned_;
     std::vector<foveation::ViewTarget> targets_;
     gl::CommandList draws_;
+    std::optional<effects::Smoothing> smoothing_;
     std::array<std::vector<float>, kGazes.size()> weights_;
     PixelWindow periphery_;
 };

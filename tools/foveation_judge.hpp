@@ -35,6 +35,7 @@ struct FoveationScore {
     double exact = 1;                              // share of the fovea's pixels that equal the full render's
     double psnr_out_db = 99, ssim_out = 1;         // outside the fovea
     double weighted_error = 0, flicker = 0;        // of 255
+    double flicker_smooth = 0;                     // the same with temporal smoothing (render/effects/smoothing.hpp)
     std::string fovea_png, periphery_png;          // crops, as data URIs
 };
 

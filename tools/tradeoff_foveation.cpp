@@ -45,11 +45,11 @@ TradeoffTable table_of(const Judged& j, const std::vector<quality::Setting>& set
                                 "weighted error and flicker of 255; PSNR, SSIM and flicker outside the fovea. Crops: 96 pixels around the first gaze, and where its periphery has most detail.",
                                 o.judge.size_px, o.judge.frames, processor ? "processor" : "wall"),
                     "ms/frame", "weighted error", 1e6,
-                    {"error", "cpu ratio", "wall ratio", "latch-done", "pixels %", "fragments %", "exact %", "PSNR out", "SSIM out", "flicker"}, {}};
+                    {"error", "cpu ratio", "wall ratio", "latch-done", "pixels %", "fragments %", "exact %", "PSNR out", "SSIM out", "flicker", "flicker smooth"}, {}};
     for (std::size_t i = 0; i < settings.size(); ++i) {
         const FoveationScore& s = j.scores[i];
         t.rows.push_back({settings[i].label, cost_ms(s, processor) * 1e6, s.weighted_error,
-                          {s.weighted_error, s.cpu_ratio, s.wall_ratio, s.latch_to_done_ratio, 100 * s.pixels, 100 * s.fragments, 100 * s.exact, s.psnr_out_db, s.ssim_out, s.flicker},
+                          {s.weighted_error, s.cpu_ratio, s.wall_ratio, s.latch_to_done_ratio, 100 * s.pixels, 100 * s.fragments, 100 * s.exact, s.psnr_out_db, s.ssim_out, s.flicker, s.flicker_smooth},
                           false, {}, {{"fovea", s.fovea_png}, {"periphery", s.periphery_png}}});
     }
     mark_frontier(t);
@@ -181,7 +181,8 @@ void add_tradeoff_foveation(CLI::App& parent, int* exit_code) {
     c->add_flag("--json", o->json, "Print JSON instead of tables");
     c->footer("error: RMS difference of 255 to the full render, each pixel weighted by the share of it that the eye resolves there.\n"
               "exact: pixels of the full-resolution region that equal the full render's, bit for bit. A * marks the frontier.\n"
-              "flicker: change of the periphery of a still scene while the gaze moves at 20 degrees per second; full has none.\n"
+              "flicker: change of the periphery of a still scene while the gaze moves at 20 degrees per second; full has none;\n"
+              "         flicker smooth: the same with temporal smoothing.\n"
               "Example: fovea tradeoff foveation --scenes circuit --html foveation.html --budget-ms 20 --toml quality.toml\n"
               "Exit codes: 0 measured, 1 no driver, cannot write, or nothing within the budget, 2 wrong usage.");
     c->callback([o, exit_code] { *exit_code = run(*o); });

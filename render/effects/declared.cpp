@@ -42,7 +42,18 @@ Result<void> put(Declared& d, std::string_view table, std::string_view key, cons
         }
         return unknown(names(need_entries()));
     }
-    return fail("unknown table '" + std::string(table) + "'", where, "legal tables: effects, needs");
+    if (table == "lens") {
+        if (!d.lens) d.lens.emplace();
+        for (const LensEntry& e : lens_entries()) {
+            if (key != e.name) continue;
+            const auto* n = std::get_if<double>(&value);
+            if (n == nullptr || !(*n >= e.least && *n <= e.most)) return fail("'lens." + std::string(key) + "' is out of range", where, "a number from " + std::to_string(e.least) + " to " + std::to_string(e.most));
+            *d.lens.*e.value = *n;
+            return {};
+        }
+        return unknown(names(lens_entries()));
+    }
+    return fail("unknown table '" + std::string(table) + "'", where, "legal tables: effects, needs, lens");
 }
 
 std::string at(const std::string& path, const toml::source_region& region) {
@@ -56,6 +67,7 @@ void merge(Declared& under, const Declared& over) {
         if (over.effects[i]) under.effects[i] = over.effects[i], any = true;
     for (std::size_t i = 0; i < over.needs.size(); ++i)
         if (over.needs[i]) under.needs[i] = over.needs[i], any = true;
+    if (over.lens) under.lens = over.lens, any = true;
     if (any) under.origin = under.origin.empty() ? over.origin : over.origin + " or " + under.origin;
 }
 
@@ -67,12 +79,14 @@ Result<Declared> declared_in_json(const std::string& text, const std::string& or
     const auto json = nlohmann::json::parse(text, nullptr, false);
     if (!json.is_object()) return fail("the `fovea` extras are no object", origin);
     for (const auto& [table, entries] : json.items()) {
-        if (!entries.is_object()) return fail("'" + table + "' of the `fovea` extras is no object", origin, "legal tables: effects, needs");
+        if (!entries.is_object()) return fail("'" + table + "' of the `fovea` extras is no object", origin, "legal tables: effects, needs, lens");
         for (const auto& [key, v] : entries.items()) {
             const Value value = v.is_boolean() ? Value(v.get<bool>()) : v.is_number() ? Value(v.get<double>()) : v.is_string() ? Value(v.get<std::string>()) : Value(std::string(kOtherKind));
             if (auto ok = put(d, table, key, value, origin); !ok) return std::unexpected(ok.error());
         }
     }
+    if (d.lens)
+        if (auto ok = check_lens(*d.lens, origin); !ok) return std::unexpected(ok.error());
     return d;
 }
 
@@ -94,12 +108,14 @@ Result<SceneFile> read_scene_file(const std::string& text, const std::string& pa
             continue;
         }
         const toml::table* table = node.as_table();
-        if (table == nullptr) return fail("unknown key '" + std::string(key.str()) + "'", where, "legal: scene, [effects], [needs]");
+        if (table == nullptr) return fail("unknown key '" + std::string(key.str()) + "'", where, "legal: scene, [effects], [needs], [lens]");
         for (const auto& [entry, v] : *table) {
             const Value value = v.is_boolean() ? Value(v.value<bool>().value_or(false)) : v.is_number() ? Value(v.value<double>().value_or(0)) : Value(v.value<std::string>().value_or(kOtherKind));
             if (auto ok = put(file.declared, key.str(), entry.str(), value, at(path, v.source())); !ok) return std::unexpected(ok.error());
         }
     }
+    if (file.declared.lens)
+        if (auto ok = check_lens(*file.declared.lens, path); !ok) return std::unexpected(ok.error());
     if (file.scene.empty()) return fail("no 'scene'", path, "scene = \"circuit\", or a .gltf or .glb file beside this one");
     return file;
 }

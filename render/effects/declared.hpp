@@ -6,8 +6,10 @@
 //   msaa = false
 //   [needs]                   # numbers instead of the measured ones
 //   lens_radius = 1.1
+//   [lens]                    # what the headset's lens does: render/effects/lens.hpp
+//   k1 = 0.22
 //
-// The same in a glTF file: "extras": {"fovea": {"effects": {...}, "needs": {...}}} of its scene or its asset. A scene file
+// The same in a glTF file: "extras": {"fovea": {"effects": {...}, "needs": {...}, "lens": {...}}} of its scene or its asset. A scene file
 // wins over extras, a declaration over the measurement.
 // Threads: any. Errors: file and line; an unknown key lists the legal ones; a number out of its range says the range.
 #pragma once

@@ -9,6 +9,8 @@ namespace {
 // Shares of the picture from which on an effect is worth its cost. Small on purpose: an eye that looks for text or a
 // wire finds it in one part in fifty of the picture.
 constexpr double kThinShare = 0.02, kTextShare = 0.02, kGlossyShare = 0.02;
+// From which on smoothing over time is worth a pass over the picture: it hides crawling that only shows in the periphery.
+constexpr double kFlickerShare = 0.05;
 // MSAA smooths edges of geometry: it is called for where thin geometry is common.
 constexpr int kSamples = 4;
 // Of the contrast lost by enlarging: the white paper's pictures lie between 0.5 and 1; more rings (docs/scenes.md).
@@ -53,6 +55,9 @@ constexpr std::array<EffectEntry, kEffects> kEffectEntries{{
     {Effect::msaa, "msaa", "4 samples a pixel in all views", "thin geometry", "inset_outset"},
     {Effect::finer_periphery, "finer_periphery", "density read as area: more pixels outside the fovea",
      "highlights, print or wires, which crawl at coarse levels when the picture moves", kBins},
+    {Effect::lens_distortion, "lens_distortion", "warps the picture for the lens in front of the panel, each colour by itself", "a lens that is declared ([lens])", "*"},
+    {Effect::temporal_smoothing, "temporal_smoothing", "mixes the periphery with the pictures before it", "highlights, print or wires in a picture that moves, slowly enough to be followed",
+     "scaled_bins scaled_bins_late shading_rate inset_outset dynamic_viewports"},
     {Effect::extrapolation, "extrapolation", "a frame between frames from the last two", "motion, and a frame budget that is missed", "*"},
     {Effect::fragment_counter, "fragment_counter", "counts shaded fragments with an atomic counter", "a measurement that asks for it", "*"},
 }};
@@ -162,6 +167,16 @@ Plan plan(const Needs& measured, const Situation& s, const Declared& declared) {
     const double motion = std::max(n.camera_px, n.moving_share > 0 ? n.object_px : 0);
     if (finer.on && motion < kCrawls_px) finer = {false, finer.reason + text(", but the picture moves by %.2f px a frame only", motion)};
     decide(Effect::finer_periphery, std::move(finer));
+
+    if (declared.lens) p.lens_ = *declared.lens;
+    decide(Effect::lens_distortion, p.lens_.distorts() ? Decision{true, text("a lens is declared: k1 %.3f, k2 %.3f, k3 %.3f", p.lens_.k1, p.lens_.k2, p.lens_.k3)}
+                                                       : Decision{false, "no lens is declared"});
+    if (!p.lens_.distorts() && p.decisions_[static_cast<std::size_t>(Effect::lens_distortion)].on)
+        p.decisions_[static_cast<std::size_t>(Effect::lens_distortion)] = {false, "asked for, but no lens is declared ([lens])"};
+    Decision smooth = any_of({{n.glossy_share, {kFlickerShare, "small highlights are"}}, {n.text_share, {kFlickerShare, "print is"}}, {n.thin_share, {kFlickerShare, "thin geometry is"}}});
+    if (smooth.on && (motion < kCrawls_px || motion > kSmears_px))
+        smooth = {false, smooth.reason + text(", but the picture moves by %.2f px a frame (%.0f to %.0f can be smoothed)", motion, kCrawls_px, kSmears_px)};
+    decide(Effect::temporal_smoothing, std::move(smooth));
 
     const double frame_ms = foveation.on && n.foveated_ms > 0 ? n.foveated_ms : n.full_ms;
     const bool extrapolate = extrapolation_called_for(n, frame_ms, s.budget_ms);

@@ -17,6 +17,7 @@
 #include <string>
 #include <string_view>
 
+#include "render/effects/lens.hpp"
 #include "render/foveation/method.hpp"
 
 namespace fovea::effects {
@@ -29,10 +30,12 @@ enum class Effect : std::uint8_t {
     contrast,           // contrast lost by enlarging is put back
     msaa,               // several samples a pixel
     finer_periphery,    // density read as area: more pixels outside the fovea
+    lens_distortion,    // the picture is warped for the lens in front of the panel
+    temporal_smoothing, // the periphery is mixed with the pictures before it
     extrapolation,      // frames between frames, where the budget is missed
     fragment_counter,   // debug: counts what was really shaded
 };
-inline constexpr std::size_t kEffects = 9;
+inline constexpr std::size_t kEffects = 11;
 
 // What a scene asks for. 0 where nothing is known or nothing is there.
 struct Needs {
@@ -74,6 +77,7 @@ struct Declared {
     std::string origin;   // "room.toml" or "glTF extras of room.glb"; empty: nothing is declared
     std::array<std::optional<bool>, kEffects> effects;
     std::array<std::optional<double>, 14> needs;   // as in need_entries()
+    std::optional<Lens> lens;                      // in front of the panel; what a lens does cannot be measured
 };
 
 struct Decision {
@@ -99,6 +103,8 @@ public:
     [[nodiscard]] const std::string& method() const noexcept { return method_; }
     // What was planned from, declarations included.
     [[nodiscard]] const Needs& needs() const noexcept { return needs_; }
+    // Of the left eye; meaningful where Effect::lens_distortion is on.
+    [[nodiscard]] const Lens& lens() const noexcept { return lens_; }
     // Sets what the effects decide and leaves the rest.
     void apply(foveation::MethodSettings& settings) const noexcept;
 
@@ -107,6 +113,7 @@ private:
     std::array<Decision, kEffects> decisions_;
     std::string method_;
     Needs needs_;
+    Lens lens_;
 };
 
 [[nodiscard]] Plan plan(const Needs& measured, const Situation& situation, const Declared& declared = {});
@@ -118,6 +125,7 @@ private:
 inline constexpr double kThin_px = 3;         // narrower than this at full resolution is less than a texel of level 2
 inline constexpr double kPays = 0.95;         // foveation must bring a frame below this part of its time in full
 inline constexpr double kCrawls_px = 1;       // from this motion per frame on, what coarse levels lose is seen to crawl
+inline constexpr double kSmears_px = 16;      // above this motion per frame the history is not found any more
 inline constexpr double kMoves_px = 0.5;      // less motion per frame than this is not seen to repeat
 
 }  // namespace fovea::effects

@@ -2,13 +2,18 @@
 
 #include <algorithm>
 #include <ctime>
+#include <optional>
 #include <vector>
+
+#include "render/effects/lens_pass.hpp"
+#include "render/effects/smoothing.hpp"
 
 namespace fovea::effects {
 namespace {
 
 constexpr float kGain = 4;              // the viewer's
 constexpr int kTiny_px = 16;            // next to nothing is shaded
+constexpr Lens kSomeLens{.k1 = 0.22, .k2 = 0.24};   // for the cost of distortion where no lens is known
 constexpr double kLens_ndc = 1.0;       // for the cost of a hidden area where no lens is known
 
 double now_ms(bool processor) noexcept {
@@ -40,6 +45,20 @@ public:
         if (auto ok = w.method_->prepare(w.targets_); !ok) return std::unexpected(ok.error());
         return w;
     }
+    // With a pass after the method's.
+    Result<void> add(Effect e, const Lens& lens) {
+        const int w = targets_[0].width_px, h = targets_[0].height_px;
+        if (e == Effect::lens_distortion) {
+            auto p = LensPass::create(lens);
+            if (!p) return std::unexpected(p.error());
+            lens_.emplace(*std::move(p));
+            return lens_->prepare(w, h, 2);
+        }
+        auto p = Smoothing::create();
+        if (!p) return std::unexpected(p.error());
+        smoothing_.emplace(*std::move(p));
+        return smoothing_->prepare(w, h, 2);
+    }
     void draw(const gl::CommandList& list, bool processor) {
         std::array<foveation::ViewFocus, 2> focus;
         for (auto& f : focus) {
@@ -48,6 +67,10 @@ public:
         }
         const double start = now_ms(processor);
         method_->submit(list, targets_, focus);
+        for (std::size_t i = 0; i < 2; ++i) {
+            if (lens_) lens_->draw(i, owned_[i].color_texture());
+            if (smoothing_) smoothing_->draw(i, owned_[i].color_texture(), method_->plan(i), method_->full_region(i), scene::stereo_views()[i].fov, {});
+        }
         gl::finish();
         times_ms_.push_back(now_ms(processor) - start);
     }
@@ -56,6 +79,8 @@ public:
 
 private:
     std::unique_ptr<foveation::Method> method_;
+    std::optional<LensPass> lens_;
+    std::optional<Smoothing> smoothing_;
     std::array<gl::RenderTarget, 2> owned_;
     std::array<foveation::ViewTarget, 2> targets_{};
     std::vector<double> times_ms_;
@@ -100,6 +125,7 @@ Result<std::optional<Cost>> measure_effect(Effect e, const scene::Scene& scene, 
         Needs needs = planned.needs();
         if (e == Effect::hidden_area && needs.lens_radius <= 0) needs.lens_radius = kLens_ndc;
         Declared forced;
+        if (e == Effect::lens_distortion) forced.lens = planned.lens().distorts() ? planned.lens() : kSomeLens;
         for (std::size_t i = 0; i < kEffects; ++i) forced.effects[i] = planned.on(static_cast<Effect>(i));
         forced.effects[static_cast<std::size_t>(e)] = on;
         const Plan with = plan(needs, situation, forced);
@@ -108,6 +134,8 @@ Result<std::optional<Cost>> measure_effect(Effect e, const scene::Scene& scene, 
         with.apply(m);
         auto way = Way::create(with.method(), m, s.width_px, s.height_px);
         if (!way) return std::unexpected(way.error());
+        if (on && (e == Effect::lens_distortion || e == Effect::temporal_smoothing))
+            if (auto ok = way->add(e, planned.lens().distorts() ? planned.lens() : kSomeLens); !ok) return std::unexpected(ok.error());
         ways.push_back(*std::move(way));
     }
     gl::CommandList list;

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "render/gl/context.hpp"
+#include "render/gl/layer_framebuffers.hpp"
 
 namespace fovea::gl {
 namespace {
@@ -106,6 +107,8 @@ Result<FramebufferShape> framebuffer_shape(Name framebuffer) {
     if (status != GL_FRAMEBUFFER_COMPLETE)
         return fail(status == GL_FRAMEBUFFER_UNDEFINED ? "there is no surface" : "the framebuffer is incomplete", where,
                     "attach images of one size and number of samples, in formats that can be drawn to");
+    if (bound_framebuffer_is_layered())
+        return fail("all its layers are attached at once", where, "draw to its layers one by one, a view each: gl::LayerFramebuffers makes a framebuffer of each");
     FramebufferShape shape;
     GLint most = kMaxColors;
     glGetIntegerv(GL_MAX_DRAW_BUFFERS, &most);

@@ -60,7 +60,7 @@ std::vector<std::string> text_lines(const Controls& c, const ReadOut& r, std::sp
         }
         lines.push_back(names);
         lines.insert(lines.begin(), "n, p  next, previous method, or a digit:");
-        lines.insert(lines.end(), {"l  levels: blue 1, green 1/2, red 1/4      g  gaze: cross predicted, dot now", "e  latch before recording (second best)     m  mouse as gaze, also with a tracker",
+        lines.insert(lines.end(), {"l  levels: blue 1, green 1/2, red 1/4      g  gaze: cross predicted, dot measured", "e  latch before recording (second best)     m  mouse as gaze, also with a tracker",
                                    "t  read-out     space  hold the scene still     h  this help     q, Esc  quit"});
     }
     if (!c.readout) return lines;

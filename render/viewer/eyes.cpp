@@ -92,7 +92,8 @@ Result<void> Eyes::choose_method(const std::string& name) {
     drawn_ = method_.get();
     if (name == method_name_) return {};
     foveation::MethodSettings settings;
-    plan(name, width(), height()).apply(settings);
+    const effects::Plan planned = plan(name, width(), height());
+    planned.apply(settings);
     settings.inset_outset.drawing = drawing_;
     auto method = foveation::create_method(name, settings);
     if (!method) return std::unexpected(method.error());
@@ -100,6 +101,7 @@ Result<void> Eyes::choose_method(const std::string& name) {
         if (auto r = (*method)->prepare(targets_); !r) return r;
     method_ = *std::move(method);
     method_name_ = name;
+    effects_ = planned;
     drawn_ = method_.get();
     return draw_at_once();
 }

@@ -33,6 +33,8 @@ public:
 
     // What the scene contains, as it was planned from.
     [[nodiscard]] const effects::Needs& needs() const noexcept { return needs_; }
+    // Decided for the method and size at hand.
+    [[nodiscard]] const effects::Plan& planned() const noexcept { return effects_; }
     // The draws of a frame, `time_s` after the start.
     void record(double time_s) { scene_->record(time_s, views_, draws_); }
     [[nodiscard]] scene::Pose camera(double time_s) const noexcept { return scene_->camera(time_s); }
@@ -80,6 +82,7 @@ private:
     std::optional<scene::Scene> scene_;
     effects::Needs needs_;
     effects::Declared declared_;
+    effects::Plan effects_;
     std::string method_name_;
     std::unique_ptr<foveation::Method> method_;
     std::optional<quality::Control> quality_;   // draws instead of method_

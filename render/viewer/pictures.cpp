@@ -65,6 +65,11 @@ public:
             x += 4 * scale;
         }
     }
+    void disc(double cx, double cy, double r, const Color& c) noexcept {
+        for (int y = static_cast<int>(cy - r); y <= static_cast<int>(cy + r) + 1; ++y)
+            for (int x = static_cast<int>(cx - r); x <= static_cast<int>(cx + r) + 1; ++x)
+                if (std::hypot(x + 0.5 - cx, y + 0.5 - cy) <= r) blend(x, y, c, 1);
+    }
     void ellipse(double cx, double cy, double rx, double ry, const Color& c, int thickness) noexcept {
         if (!(rx > 1 && ry > 1 && rx < 1e5 && ry < 1e5)) return;
         const int steps = static_cast<int>(8 * std::max(rx, ry)) + 16;
@@ -117,6 +122,10 @@ void draw_levels(Canvas& canvas, const Snapshot& s, const SnapshotView& v, int l
     canvas.fill(x - arm, y - t, x + arm + 1, y + t, white, 1);
     canvas.fill(x - t, y - arm, x + t, y + arm + 1, white, 1);
     canvas.ellipse(cx, cy, v.radius95_x_ndc / 2 * w, v.radius95_y_ndc / 2 * h, white, t + 1);
+    if (!v.actual) return;
+    const double ax = left + (v.actual->x + 1) / 2 * w, ay = (1 - v.actual->y) / 2 * h;
+    canvas.disc(ax, ay, 3.5 * t + 2, black);
+    canvas.disc(ax, ay, 3.5 * t, {255, 215, 25});
 }
 
 void draw_legend(Canvas& canvas, const Snapshot& s, int top) {
@@ -127,7 +136,7 @@ void draw_legend(Canvas& canvas, const Snapshot& s, int top) {
     const int scale = std::max(2, canvas.width() / 512), pad = 3 * scale, mid = top + pad;
     canvas.fill(0, top, canvas.width(), canvas.height(), {18, 20, 26}, 1);
     int x = pad;
-    std::array<char, 96> text{};
+    std::array<char, 160> text{};
     for (std::size_t i = 0; i < 4; ++i) {
         if (bins[i] == 0 && !(i == 0 && all == 1)) continue;
         canvas.fill(x, mid, x + 5 * scale, mid + 5 * scale, kLevelColors[i], 1);
@@ -136,7 +145,8 @@ void draw_legend(Canvas& canvas, const Snapshot& s, int top) {
         canvas.text(x, mid, scale, text.data(), {225, 228, 235});
         x += (static_cast<int>(std::strlen(text.data())) * 4 + 8) * scale;
     }
-    std::snprintf(text.data(), text.size(), "CROSS: GAZE AT PHOTON TIME.  DASHED: 95%% SURE.  SHADED %.1f%% OF THE PIXELS.  ", 100 * s.shaded);
+    std::snprintf(text.data(), text.size(), "CROSS: GAZE PREDICTED FOR THE PHOTON (95%% DASHED).  %sSHADED %.1f%% OF THE PIXELS.  ",
+                  !s.views.empty() && s.views[0].actual ? "DOT: WHERE IT WAS.  " : "", 100 * s.shaded);
     canvas.text(pad, mid + 8 * scale, scale, std::string(text.data()) + s.title, {160, 166, 178});
 }
 
@@ -195,6 +205,11 @@ Result<void> write_pictures(const Snapshot& s, const std::filesystem::path& dire
     if (ec) return fail("cannot make the directory: " + ec.message(), directory.string(), "choose another with --out");
     Canvas plain = side_by_side(s, 0);
     if (auto r = gl::write_png(directory / "frame.png", plain.image()); !r) return r;
+    if (!s.views.empty() && !s.views[0].through_lens.empty()) {
+        Snapshot warped = s;
+        for (SnapshotView& v : warped.views) v.rgba = v.through_lens;
+        if (auto r = gl::write_png(directory / "frame_lens.png", side_by_side(warped, 0).image()); !r) return r;
+    }
     const int scale = std::max(2, plain.width() / 512);
     Canvas marked = side_by_side(s, 19 * scale);
     for (std::size_t i = 0; i < s.views.size(); ++i) draw_levels(marked, s, s.views[i], static_cast<int>(i) * s.width_px);

@@ -5,11 +5,13 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "protocol/error.hpp"
+#include "protocol/frames.hpp"
 #include "render/density/plan.hpp"
 #include "render/gl/objects.hpp"
 
@@ -17,9 +19,11 @@ namespace fovea::viewer {
 
 struct SnapshotView {
     std::vector<std::uint8_t> rgba;           // bottom row first
+    std::vector<std::uint8_t> through_lens;   // the same, warped for the panel behind a lens; empty: there is none
     std::vector<std::uint8_t> level;          // of each bin, row 0 at the bottom; empty: all level 0
     int columns = 0, rows = 0, bin_px = 0;
     double focal_x_ndc = 0, focal_y_ndc = 0;
+    std::optional<NdcPoint> actual;                  // where the eye was measured to be at the photon; nothing: not known
     double radius95_x_ndc = 0, radius95_y_ndc = 0;   // where the eye is with 95 % probability
 };
 
@@ -41,7 +45,7 @@ struct Snapshot {
 // Of the colours (alpha left out), dB; 99 where they are equal.
 [[nodiscard]] double psnr_db(const SnapshotView& a, const SnapshotView& b) noexcept;
 
-// Writes frame.png and frame_levels.png into the directory.
+// Writes frame.png and frame_levels.png into the directory, and frame_lens.png where there is a lens.
 [[nodiscard]] Result<void> write_pictures(const Snapshot& snapshot, const std::filesystem::path& directory);
 
 }  // namespace fovea::viewer

@@ -151,8 +151,9 @@ void Screen::draw(const present::Surface& surface, const std::array<Place, kEyes
             draw_rect(margin, margin, text_width_, text_height_, width_px_, height_px_);
         }
         for (std::size_t i = 0; i < kEyes; ++i) {
-            if (overlay.predicted != nullptr) draw_markers(places[i], overlay.predicted->focals[i], true);
-            if (overlay.actual != nullptr) draw_markers(places[i], overlay.actual->focals[i], false);
+            const effects::Lens* lens = overlay.lens != nullptr ? &overlay.lens->lens(i) : nullptr;
+            if (overlay.predicted != nullptr) draw_markers(places[i], overlay.predicted->focals[i], true, lens);
+            if (overlay.actual != nullptr) draw_markers(places[i], overlay.actual->focals[i], false, lens);
         }
         glDisable(GL_BLEND);
     }
@@ -179,9 +180,15 @@ void Screen::draw_levels(const Place& place, const density::Plan& plan) noexcept
     draw_rect(place.x_px, place.y_px, place.width_px, place.height_px, width_px_, height_px_);
 }
 
-void Screen::draw_markers(const Place& place, const fovea_focal& f, bool predicted) noexcept {
+void Screen::draw_markers(const Place& place, const fovea_focal& f, bool predicted, const effects::Lens* lens) noexcept {
+    NdcPoint at{f.x_ndc, f.y_ndc};
+    if (lens != nullptr) {
+        const auto panel = effects::panel_of(*lens, at, static_cast<double>(place.width_px) / place.height_px);
+        if (!panel) return;   // the lens does not show it
+        at = *panel;
+    }
     const double line = std::max(1.0, place.width_px / 600.0);
-    const double cx = place.x_px + (f.x_ndc + 1.0) / 2 * place.width_px, cy = place.y_px + (f.y_ndc + 1.0) / 2 * place.height_px;
+    const double cx = place.x_px + (at.x + 1.0) / 2 * place.width_px, cy = place.y_px + (at.y + 1.0) / 2 * place.height_px;
     double rx = 3.5 * line, ry = rx;
     if (predicted) {
         rx = std::clamp(static_cast<double>(f.radius95_rad * f.ndc_per_rad_x) / 2 * place.width_px, 14 * line, 2.0 * place.width_px);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "render/density/plan.hpp"
+#include "render/effects/lens_pass.hpp"
 #include "render/gl/objects.hpp"
 #include "render/viewer/frame.hpp"
 #include "render/viewer/layout.hpp"
@@ -20,7 +21,8 @@ namespace fovea::viewer {
 struct Overlay {
     std::array<const density::Plan*, kEyes> levels{};   // blue 1, green 1/2, red 1/4, orange 1/8; null: none
     const Latched* predicted = nullptr;   // cross and dashed circle of 95 %; null: none
-    const Latched* actual = nullptr;      // dot; null: none
+    const Latched* actual = nullptr;      // as last measured: dot; null: none
+    const effects::LensPass* lens = nullptr;   // that the pictures were warped for: the gaze is shown where the panel shows it
 };
 
 class Screen {
@@ -33,7 +35,7 @@ public:
 
 private:
     void draw_levels(const Place& place, const density::Plan& plan) noexcept;
-    void draw_markers(const Place& place, const fovea_focal& focal, bool predicted) noexcept;
+    void draw_markers(const Place& place, const fovea_focal& focal, bool predicted, const effects::Lens* lens) noexcept;
     gl::Program picture_, tint_, marker_;
     gl::VertexArray nothing_;
     gl::Texture levels_, text_texture_;

@@ -8,10 +8,12 @@
 #include "protocol/clock.hpp"
 #include "render/viewer/controls.hpp"
 #include "render/viewer/eyes.hpp"
+#include "render/viewer/finish.hpp"
 #include "render/viewer/gaze.hpp"
 #include "render/viewer/in_between.hpp"
 #include "render/viewer/motion_pass.hpp"
 #include "render/viewer/layout.hpp"
+#include "render/viewer/measured_gaze.hpp"
 #include "render/viewer/mouse.hpp"
 #include "render/viewer/pictures.hpp"
 #include "render/viewer/record.hpp"
@@ -76,6 +78,7 @@ public:
                 if (auto r = look_back(); !r) return failed(r.error());
             }
             if (snapshot_due()) take_snapshot();
+            mark_actual_gaze();
             log_quality();
         log_executor();
             progress(false);
@@ -98,7 +101,7 @@ private:
             if (auto r = eyes_.choose_method(controls_.method); !r) return r;   // ends what holds a budget
             chosen_ = controls_.method;
         }
-        if (!surface_.shown()) return {};
+        if (!surface_.shown()) return finish_.prepare(eyes_);
         if (!screen_) {
             auto screen = Screen::create();
             if (!screen) return std::unexpected(screen.error());
@@ -106,6 +109,7 @@ private:
         }
         places_ = layout(surface_.width_px, surface_.height_px, static_cast<double>(o_.width_px) / o_.height_px);
         if (auto r = eyes_.resize(places_[0].width_px, places_[0].height_px); !r) return r;
+        if (auto r = finish_.prepare(eyes_); !r) return r;
         const Instant now = time_.now();
         if (now - text_made_ < kTextEvery && !controls_changed()) return {};
         const double s = to_seconds(now - text_made_);
@@ -125,9 +129,23 @@ private:
     Latched latch(Instant photon) {
         Latched latched = gaze_.latch(photon);
         if (surface_.shown() && (controls_.mouse || !latched.live()))
-            if (const auto pointer = presenter_->pointer())
-                return latch_pointer(*pointer, pointed_at(places_, surface_.height_px, pointer->x_px, pointer->y_px), eyes_.views(), time_.now(), photon);
+            if (const auto pointer = presenter_->pointer()) {
+                PointedAt at = pointed_at(places_, surface_.height_px, pointer->x_px, pointer->y_px);
+                if (lens_shown()) {   // the pointer is over what the panel shows; the gaze is a direction in the rendered view
+                    const NdcPoint seen = effects::rendered_of(finish_.lens()->lens(at.eye), {at.x_ndc, at.y_ndc}, finish_.lens()->aspect());
+                    at.x_ndc = std::clamp(seen.x, -1.0, 1.0);
+                    at.y_ndc = std::clamp(seen.y, -1.0, 1.0);
+                }
+                return latch_pointer(*pointer, at, eyes_.views(), time_.now(), photon);
+            }
         return latched;
+    }
+
+    // The gaze as the newest sample saw it, at the instant of its exposure: nothing is predicted. A pointer's is where it is.
+    Latched measured() {
+        const Latched newest = latch(time_.now());
+        if (newest.source == GazeSource::mouse || !newest.live()) return newest;
+        return gaze_.latch(instant_from_ns(newest.info.exposed_ns));
     }
 
     // Draws both eyes, from recording to GPU done.
@@ -153,7 +171,8 @@ private:
         frame.cost = eyes_.submit(frame.latched());
         for (std::size_t i = 0; i < kEyes; ++i)
             if (!frame.cost.fell_back) frame.regions[i] = eyes_.method().full_region(i);
-        if (surface_.shown()) compose(frame, {eyes_.target(0).color_texture(), eyes_.target(1).color_texture()});
+        finish_.draw(eyes_, frame);
+        if (surface_.shown()) compose(frame);
         gl::Fence fence = gl::Fence::insert();
         frame.submitted = time_.now();
         const auto done = fence.wait(time_);
@@ -164,20 +183,25 @@ private:
         frame_cost_.add(frame.gpu_done - frame.started);
         latched_cost_.add(frame.gpu_done - frame.late.when());
         record_.rendered(frame);
+        if (!o_.out.empty()) measured_.add(measured());
         return true;
     }
 
-    void compose(const Frame& frame, const std::array<gl::Name, kEyes>& pictures) {
+    // The levels are laid over the rendered pictures: while they are shown, the lens is left out.
+    [[nodiscard]] bool lens_shown() const noexcept { return finish_.lens() != nullptr && !controls_.levels; }
+
+    void compose(const Frame& frame) {
         Overlay overlay;
+        if (lens_shown()) overlay.lens = finish_.lens();
         if (controls_.levels)
             for (std::size_t i = 0; i < kEyes; ++i) overlay.levels[i] = eyes_.levels(i);
-        Latched now;
+        Latched seen;
         if (controls_.gaze && frame.latched().live()) {
-            now = latch(time_.now());
+            seen = measured();
             overlay.predicted = &frame.latched();
-            overlay.actual = &now;
+            if (seen.live()) overlay.actual = &seen;
         }
-        screen_->draw(surface_, places_, pictures, overlay);
+        screen_->draw(surface_, places_, {finish_.picture(0, lens_shown()).color_texture(), finish_.picture(1, lens_shown()).color_texture()}, overlay);
     }
 
     // Where the planner calls for it: what would be seen half-way to the next frame, shown half-way to it by a display
@@ -218,7 +242,8 @@ private:
             made = made && *followed;
         }
         if (!made) return {};   // the first after a gap: nothing to go by yet
-        if (surface_.shown()) compose(x, {in_between_.target(0).color_texture(), in_between_.target(1).color_texture()});
+        finish_.draw({&in_between_.target(0), &in_between_.target(1)});
+        if (surface_.shown()) compose(x);
         const auto done = gl::Fence::insert().wait(time_);
         if (!done) return fail("the GPU did not finish an extrapolated frame in 10 seconds", in_between_.backend(), "use --extrapolate off");
         x.number = ++presented_;
@@ -275,18 +300,28 @@ private:
         return progress > 0.5 && newest_.latched().live() && newest_.latched().focals[0].event == FOVEA_EVENT_FIXATION;
     }
 
+    // Where the eye really was when the pictured frame was to be seen, once a later sample tells.
+    void mark_actual_gaze() {
+        if (snapshot_.frame == 0 || snapshot_.views.empty() || snapshot_.views[0].actual) return;
+        const auto points = measured_.at(snapshot_photon_);
+        for (std::size_t i = 0; i < snapshot_.views.size() && points; ++i) snapshot_.views[i].actual = (*points)[i];
+    }
+
     // Reads the frame back; encoding waits for the end, so that it disturbs no other frame.
     void take_snapshot() {
+        finish_.show_rendered();
         snapshot_ = snapshot_of(newest_.number, eyes_.method_name(), newest_.latched().live(), newest_.shaded());
         for (std::size_t i = 0; i < kEyes; ++i) {
             const fovea_focal& f = newest_.latched().focals[i];
-            SnapshotView v = read_view(eyes_.target(i), eyes_.levels(i));
+            SnapshotView v = read_view(finish_.picture(i, false), eyes_.levels(i));
+            if (finish_.lens() != nullptr) v.through_lens = read_view(finish_.picture(i), nullptr).rgba;
             v.focal_x_ndc = f.x_ndc;
             v.focal_y_ndc = f.y_ndc;
             v.radius95_x_ndc = f.radius95_rad * f.ndc_per_rad_x;
             v.radius95_y_ndc = f.radius95_rad * f.ndc_per_rad_y;
             snapshot_.views.push_back(std::move(v));
         }
+        snapshot_photon_ = newest_.asked;
         snapshot_.width_px = eyes_.width();
         snapshot_.height_px = eyes_.height();
     }
@@ -351,6 +386,7 @@ private:
         s.frames_dropped = status.frames_dropped;
         if (!o_.out.empty() && s.frames > 0) {
             if (snapshot_.frame == 0) take_snapshot();   // the last frame is still in the targets
+            mark_actual_gaze();
             s.snapshot_frame = snapshot_.frame;
             if (auto r = write_pictures(snapshot_, o_.out); !r) return failed(r.error());
             if (extrapolated_.number > rendered_.number)   // it continues the frame that is still in the targets
@@ -366,6 +402,7 @@ private:
     std::unique_ptr<present::Presenter> presenter_;   // owns the context: goes last
     Gaze& gaze_;
     Eyes eyes_;
+    Finish finish_;
     InBetween in_between_;
     MotionPass motion_;
     present::RecentCost frame_cost_{kFirstGuess}, latched_cost_{kFirstGuess}, between_cost_{kFirstGuess};
@@ -390,6 +427,8 @@ private:
     Instant text_made_;
     std::uint64_t frames_at_text_ = 0;
     Snapshot snapshot_;
+    Instant snapshot_photon_;
+    MeasuredGaze measured_;       // kept where pictures are asked for
 };
 
 std::expected<Summary, Failure> run_in_one_context(const Options& options, const present::PresenterSettings& settings, const std::atomic<bool>& stop,

@@ -44,7 +44,9 @@ TEST(EffectsPlanner, AnEmptySceneCallsForNothingButFoveation) {
 }
 
 TEST(EffectsPlanner, EveryEffectIsOnForASceneThatNeedsItAndReachesTheSettings) {
-    const auto p = effects::plan(everything(), {.method = "inset_outset", .budget_ms = 11, .count_fragments = true});
+    effects::Declared headset;
+    headset.lens = effects::Lens{.k1 = 0.22};
+    const auto p = effects::plan(everything(), {.method = "inset_outset", .budget_ms = 11, .count_fragments = true}, headset);
     for (const auto& e : effects::effect_entries())
         EXPECT_EQ(p.on(e.effect), e.effect != Effect::finer_periphery) << e.name << ": " << p.decision(e.effect).reason;
     foveation::MethodSettings s;

@@ -21,7 +21,7 @@
     X(glMemoryBarrier) X(glPixelStorei) X(glReadBuffer) X(glReadPixels) X(glRenderbufferStorageMultisample) \
     X(glScissor) X(glShaderSource) X(glStencilFunc) X(glStencilMask) X(glStencilOp) \
     X(glTexParameteri) X(glTexStorage2D) X(glTexStorage3D) X(glFramebufferTextureLayer) X(glFramebufferTextureMultiviewOVR) X(glGetInternalformativ) X(glTexSubImage2D) X(glTexSubImage3D) X(glUniform1f) \
-    X(glUniform1ui) X(glUniform2f) X(glUniform4f) X(glUniform4fv) X(glUnmapBuffer) \
+    X(glUniform1ui) X(glUniform2f) X(glUniform4f) X(glUniform4fv) X(glUniformMatrix3fv) X(glUnmapBuffer) \
     X(glGetRenderbufferParameteriv) X(glGetTexLevelParameteriv) X(glGetTexParameteriv) X(glTexParameterf) \
     X(glUseProgram) X(glVertexAttribDivisor) X(glVertexAttribIPointer) X(glVertexAttribPointer) X(glViewport) \
 
