@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <ctime>
 #include <map>
@@ -145,15 +146,23 @@ std::string plot(const std::vector<Row>& rows) {
     s += "<polyline fill='none' stroke='#2f855a' points='";
     for (const Row* r : frontier) s += fmt::format("{:.1f},{:.1f} ", x(r->mean.ms), y(r->mean.psnr_db));
     s += "'/>";
-    for (const Row& r : rows)
-        s += fmt::format("<circle cx='{:.1f}' cy='{:.1f}' r='4' fill='{}'/><text x='{:.1f}' y='{:.1f}'>{}</text>", x(r.mean.ms), y(r.mean.psnr_db), r.baseline ? "#888" : "#1b6ca8", x(r.mean.ms) + 7, y(r.mean.psnr_db) + 4, r.method);
+    // Names that would lie on one another step down.
+    constexpr double kCharacter = 7, kLine = 13;
+    std::vector<std::array<double, 3>> taken;   // left, right, base line
+    for (const Row& r : rows) {
+        const double left = x(r.mean.ms) + 7, right = left + kCharacter * static_cast<double>(r.method.size());
+        double base = y(r.mean.psnr_db) + 4;
+        while (std::any_of(taken.begin(), taken.end(), [&](const auto& t) { return left < t[1] && right > t[0] && std::abs(base - t[2]) < kLine; })) base += 1;
+        taken.push_back({left, right, base});
+        s += fmt::format("<circle cx='{:.1f}' cy='{:.1f}' r='4' fill='{}'/><text x='{:.1f}' y='{:.1f}'>{}</text>", x(r.mean.ms), y(r.mean.psnr_db), r.baseline ? "#888" : "#1b6ca8", left, base, r.method);
+    }
     return s + fmt::format("<text x='{}' y='{}' text-anchor='middle'>processor time, ms (log)</text><text x='4' y='20'>dB</text></svg>\n", kWidth / 2, kHeight - 6);
 }
 
 std::string to_html(const std::vector<Row>& rows, const std::vector<Case>& cases, const std::vector<Crop>& crops, const Options& o) {
     std::string s = fmt::format("<!doctype html><html lang='en'><meta charset='utf-8'><title>Fovea: frame extrapolation, error against time</title>\n"
                                 "<style>body{{font-family:sans-serif;margin:2em}}td,th{{padding:2px 8px;text-align:right}}td:first-child,th:first-child{{text-align:left}}figure{{display:inline-block;margin:4px}}figcaption{{font-size:12px}}.f{{font-weight:bold}}</style>\n"
-                                "<h1>Frame extrapolation: error against time</h1><p>{0}x{0} RGBA8, factor {1:g}; mean PSNR over {2} cases against the frame rendered at that time; grey: baselines; the green line joins what nothing beats in both.</p>\n", o.size_px, o.factor, cases.size());
+                                "<h1>Frame extrapolation: error against time</h1><p>{0}x{0} RGBA8, factor {1:g}; mean PSNR over {2} case{3} against the frame rendered at that time; grey: baselines; the green line joins what nothing beats in both.</p>\n", o.size_px, o.factor, cases.size(), cases.size() == 1 ? "" : "s");
     s += plot(rows) + "<table><tr><th>method<th>ms<th>PSNR<th>SSIM";
     for (const Case& c : cases) s += "<th>" + case_name(c);
     for (const Row& r : rows) {
