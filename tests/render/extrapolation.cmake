@@ -10,3 +10,6 @@ fovea_test(fovea_extrapolation_gl_test SOURCES
   extrapolation_gl_test.cpp
   LINK fovea_extrapolation fovea_gl PkgConfig::egl
   LABELS render)
+# The fragment backend on Mesa's second software driver, whose compute shaders do nothing.
+add_test(NAME fovea_extrapolation_gl_softpipe COMMAND fovea_extrapolation_gl_test --gtest_filter=*TruthAsThe*:*FineDetail*)
+set_tests_properties(fovea_extrapolation_gl_softpipe PROPERTIES ENVIRONMENT "GALLIUM_DRIVER=softpipe" TIMEOUT 300 LABELS render)
