@@ -9,7 +9,7 @@ namespace {
 using scene::Mat4;
 
 // How rough the procedural materials are where they are smoothest (shaders.cpp), by scene::Material.
-constexpr std::array<float, 10> kRoughness{0.30f, 0.45f, 0.25f, 0.28f, 0.45f, 0.10f, 0.36f, 1.0f, 0.25f, 0.45f};
+constexpr std::array<float, 11> kRoughness{0.30f, 0.45f, 0.25f, 0.28f, 0.45f, 0.10f, 0.36f, 1.0f, 0.25f, 0.45f, 0.35f};
 
 struct Corner {
     std::array<double, 4> clip;

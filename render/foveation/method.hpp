@@ -111,7 +111,7 @@ struct MethodSettings {
     Resolver resolver = Resolver::automatic;   // automatic: what the start-up probe found to be cheaper on this driver
     Mask mask = Mask::automatic;               // automatic: stencil, unless only depth rejects early on this driver
     BinExecutor executor = BinExecutor::masks;         // scaled_bins; auto chooses by what the frames cost
-    double texels_per_rectangle = 2000;                // rectangles: shade so many texels more if that saves one, 0 to 1e9
+    double texels_per_rectangle = 600;                 // rectangles: shade so many texels more if that saves one, 0 to 1e9
     double late_allowance = 0.15;   // auto_late: how much more a frame may cost whose fovea is drawn after the latch, (0, 10]
     InsetOutsetSettings inset_outset;
     DynamicViewportSettings dynamic_viewports;

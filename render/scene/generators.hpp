@@ -11,6 +11,7 @@ namespace fovea::scene {
 [[nodiscard]] Mesh box_mesh();       // a marble hall with boxes: 108 triangles
 [[nodiscard]] Mesh hall_mesh();      // the hall with columns and spheres: about 9,000 triangles
 [[nodiscard]] Mesh dunes_mesh();     // a height field: 2 million triangles in 100 chunks
+[[nodiscard]] Mesh beads_mesh();     // a double helix of balls in 160 chunks, each fragment of which writes its depth
 [[nodiscard]] Mesh reading_room_mesh();   // the empty hall
 [[nodiscard]] Mesh sky_mesh();            // only what is around everything
 

@@ -76,6 +76,19 @@ void MeshBuilder::box(const Point& lo, const Point& hi, bool bottom, float bevel
     if (bottom) quad({lo[0], lo[1], lo[2]}, {hi[0], lo[1], lo[2]}, {hi[0], lo[1], hi[2]}, {lo[0], lo[1], hi[2]}, {0, 0}, {w, d});
 }
 
+void MeshBuilder::ball_box(const Point& centre, float radius) {
+    const auto first = static_cast<std::uint32_t>(mesh_.vertices.size());
+    for (unsigned corner = 0; corner < 8; ++corner) {
+        Point n{};
+        for (unsigned axis = 0; axis < 3; ++axis) n[axis] = (corner >> axis & 1) != 0 ? 1.0f : -1.0f;
+        static_cast<void>(vertex({centre[0] + radius * n[0], centre[1] + radius * n[1], centre[2] + radius * n[2]}, n, {radius, 0}));
+    }
+    for (const auto& face : {std::array{4u, 5u, 7u, 6u}, {1u, 0u, 2u, 3u}, {5u, 1u, 3u, 7u}, {0u, 4u, 6u, 2u}, {6u, 7u, 3u, 2u}, {0u, 1u, 5u, 4u}}) {
+        triangle(first + face[0], first + face[1], first + face[2]);
+        triangle(first + face[0], first + face[2], first + face[3]);
+    }
+}
+
 void MeshBuilder::cylinder(const Point& base, float radius, float height, int segments, float bevel) {
     const float inner = radius - bevel, shoulder = height - bevel;
     const auto centre = vertex({base[0], base[1] + height, base[2]}, {0, 1, 0}, {0, 0});

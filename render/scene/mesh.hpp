@@ -51,6 +51,8 @@ public:
     void dome(const Point& base, float radius, float height, int segments, int rings);
     // A grid of nx * nz quads in the plane y; uv in metres.
     void floor(float x0, float z0, float x1, float z1, float y, int nx, int nz);
+    // A box around a ball, for Family::balls: normals point to the corners, uv.x is the radius.
+    void ball_box(const Point& centre, float radius);
     // A six-faced box seen from inside.
     void room(const Point& low, const Point& high, int subdivisions = 1);
 

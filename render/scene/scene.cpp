@@ -54,7 +54,7 @@ struct Scene::State {
             for (const bool count : {false, true}) {
                 gl::Program& program = (count ? with_counter : plain)[f];
                 if (program || (count && !settings.count_fragments)) continue;
-                auto built = gl::build_program("scene " + settings.name, vertex_shader(Family::board, how),
+                auto built = gl::build_program("scene " + settings.name, vertex_shader(c.family, how),
                                                fragment_shader({.family = c.family, .count_fragments = count, .extra_lights = settings.extra_lights, .at_once = how}));
                 if (!built) return std::unexpected(built.error());
                 program = *std::move(built);

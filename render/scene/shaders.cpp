@@ -35,6 +35,27 @@ void main() {
 }
 )";
 
+// A box around each ball: a normal's signs say which corner it is, uv.x is the radius.
+constexpr const char* kBallVertex = R"(
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec4 normal_in;
+layout(location = 2) in vec2 uv_in;
+layout(location = 3) in uvec4 material_in;
+out highp vec3 world;
+out highp vec3 normal;
+out highp vec2 uv;
+flat out highp uvec2 material;
+flat out highp vec4 ball;   // centre, radius
+void main() {
+    world = position;
+    normal = normal_in.xyz;
+    uv = uv_in;
+    material = material_in.xy;
+    ball = vec4(position - sign(normal_in.xyz) * uv_in.x, uv_in.x);
+    place_in_view(view.clip_from_world * vec4(position, 1.0));
+}
+)";
+
 constexpr const char* kObjectBlock = R"(
 layout(std140, binding = 1) uniform Object {
     mat4 world_from_object;
@@ -218,6 +239,11 @@ Surface surface(uvec2 m, vec3 n, vec3 where, vec2 p) {
         vec3 c = seed < 128.0 ? vec3(0.03, 0.06, 0.16) : vec3(0.16, 0.16, 0.17);
         s = Surface(c * (0.8 + 0.4 * brush), 0.75, 0.32 + 0.2 * brush, vec3(0.0), vec2(brush - 0.5) * 0.12);
     }
+#elif FAMILY == 5
+    float grain = noise(n.xz * 9.0 + n.y * 5.0 + seed);
+    vec3 tint = fract(vec3(0.13, 0.37, 0.71) * (seed * 0.31 + 1.0));
+    s.albedo = (0.15 + 0.6 * tint) * (0.85 + 0.3 * grain);
+    s.rough = 0.35 + 0.2 * grain;
 #else
     if (m.x == 8u) {          // veined marble
         float w = fbm(p * 2.2, 5), vein = abs(fbm(p * 1.3 + 1.8 * w, 5) - 0.47);
@@ -259,6 +285,9 @@ in highp vec3 world;
 in highp vec3 normal;
 in highp vec2 uv;
 flat in highp uvec2 material;
+#if FAMILY == 5
+flat in highp vec4 ball;
+#endif
 layout(location = 0) out vec4 color;
 
 vec3 shade_light(Surface s, vec3 n, vec3 v, vec3 l, vec3 radiance, vec3 f0, float a2, float nv) {
@@ -281,17 +310,27 @@ void main() {
 #ifdef COUNT_FRAGMENTS
     atomicCounterIncrement(fragments);
 #endif
-    vec3 to_eye = view.eye.xyz - world;
+    vec3 at_ = world, facing = normal;
+#if FAMILY == 5
+    vec3 ray = normalize(world - view.eye.xyz), from = view.eye.xyz - ball.xyz;
+    float along = dot(from, ray), under = along * along - dot(from, from) + ball.w * ball.w;
+    if (under < 0.0) discard;
+    at_ = view.eye.xyz - (along + sqrt(under)) * ray;
+    facing = at_ - ball.xyz;
+    vec4 clip = view.clip_from_world * vec4(at_, 1.0);
+    gl_FragDepth = 0.5 * clip.z / clip.w + 0.5;
+#endif
+    vec3 to_eye = view.eye.xyz - at_;
     float range = length(to_eye);
     vec3 v = to_eye / range;
 #if FAMILY == 2
     color = vec4(sqrt(film(surroundings(-v, 0.0))), 1.0);
 #else
-    vec3 n = normalize(normal);
+    vec3 n = normalize(facing);
 #if FAMILY == 4
     if (dot(n, v) < 0.0 && !gl_FrontFacing) n = -n;
 #endif
-    Surface s = surface(material, n, world, uv);
+    Surface s = surface(material, n, at_, uv);
     vec3 tangent = abs(n.y) > 0.7 ? vec3(1.0, 0.0, 0.0) : vec3(0.0, 1.0, 0.0);
     n = normalize(n + s.bump.x * tangent + s.bump.y * cross(n, tangent));
     vec3 f0 = mix(vec3(0.04), s.albedo, s.metal);
@@ -300,7 +339,7 @@ void main() {
     sum += shade_light(s, n, v, vec3(-0.48, 0.80, 0.36), vec3(2.1, 1.95, 1.75), f0, a2, nv);
     for (int i = 0; i < 6 + EXTRA_LIGHTS; ++i) {
         vec4 at = view.light_position[i % 6];
-        vec3 l = at.xyz + vec3(float(i / 6) * 0.37, 0.0, float(i / 6) * -0.21) - world;
+        vec3 l = at.xyz + vec3(float(i / 6) * 0.37, 0.0, float(i / 6) * -0.21) - at_;
         float d2 = dot(l, l), reach = max(1.0 - d2 * at.w * at.w, 0.0);
         if (reach > 0.0) sum += shade_light(s, n, v, l * inversesqrt(d2), view.light_color[i % 6].rgb * (reach * reach / (d2 + 0.05)) * LIGHT_SCALE, f0, a2, nv);
     }
@@ -322,14 +361,16 @@ void main() {
 }  // namespace
 
 std::string vertex_shader(Family family, const gl::ViewsAtOnce& at_once) {
-    const std::string source = family == Family::model ? std::string(kViewBlock) + kObjectBlock + kModelVertex : std::string(kViewBlock) + kVertex;
+    const std::string source = family == Family::model   ? std::string(kViewBlock) + kObjectBlock + kModelVertex
+                               : family == Family::balls ? std::string(kViewBlock) + kBallVertex
+                                                         : std::string(kViewBlock) + kVertex;
     return gl::vertex_for_views(source, at_once);
 }
 
 std::string fragment_shader(const ShaderOptions& o) {
     std::string source;
     if (o.count_fragments)
-        source += std::string("#define COUNT_FRAGMENTS\n") + (o.cut_out ? "" : "layout(early_fragment_tests) in;\n") +
+        source += std::string("#define COUNT_FRAGMENTS\n") + (o.cut_out || o.family == Family::balls ? "" : "layout(early_fragment_tests) in;\n") +
                   "layout(binding = 0, offset = 0) uniform highp atomic_uint fragments;\n";
     source += "#define FAMILY " + std::to_string(static_cast<int>(o.family)) + "\n";
     source += "#define EXTRA_LIGHTS " + std::to_string(o.extra_lights) + "\n#define LIGHT_SCALE " +

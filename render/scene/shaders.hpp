@@ -15,16 +15,17 @@ namespace fovea::scene {
 
 // Second byte of Vertex::material selects a variant, mostly a seed.
 enum Material : std::uint8_t {
-    kBoard = 0, kEpoxy = 1, kMetal = 2, kAluminium = 3, kCeramic = 4, kLamp = 5, kAnodised = 6, kSky = 7, kMarble = 8, kWood = 9
+    kBoard = 0, kEpoxy = 1, kMetal = 2, kAluminium = 3, kCeramic = 4, kLamp = 5, kAnodised = 6, kSky = 7, kMarble = 8, kWood = 9, kBall = 10
 };
 
 // Materials that share a program. A processor rasteriser runs both sides of every branch, so a program holds only what
 // its draws need.
-enum class Family : std::uint8_t { board, parts, sky, hall, model };   // model: materials of a Model, from textures
-inline constexpr std::size_t kFamilies = 5;
+enum class Family : std::uint8_t { board, parts, sky, hall, model, balls };   // model: materials of a Model, from textures; balls: cast in boxes, with their own depth
+inline constexpr std::size_t kFamilies = 6;
 [[nodiscard]] constexpr Family family_of(std::uint8_t material) noexcept {
     return material == kBoard ? Family::board
            : material == kSky ? Family::sky
+           : material == kBall ? Family::balls
            : material == kMarble || material == kWood ? Family::hall
                                                       : Family::parts;
 }

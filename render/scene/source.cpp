@@ -53,6 +53,7 @@ constexpr std::array kKinds{
     Kind{{"fragbox", "a marble hall of 108 triangles: only fragments cost"}, &box_mesh, nullptr, &stand_in_hall, 2.4f, 2.2f, 8.0f},
     Kind{{"frag", "the hall with columns and spheres, 9,000 triangles"}, &hall_mesh, nullptr, &stand_in_hall, 2.4f, 2.2f, 8.0f},
     Kind{{"vert", "a height field of 2 million triangles: only vertices cost"}, &dunes_mesh, nullptr, &fly_over, 5.0f, 1.5f, 7.0f},
+    Kind{{"beads", "a double helix of 1,600 balls whose fragments write their own depth, in 160 small draws"}, &beads_mesh, nullptr, &gallery, 2.4f, 2.2f, 8.0f},
     Kind{{"text", "three printed pages at reading distance, letters of 4 to 30 mm"}, &reading_room_mesh, &text_model, &reading_place, 2.4f, 2.2f, 8.0f},
     Kind{{"thin", "railings, a wire fence and overhead lines of 1.5 to 12 mm before a bright sky"}, &sky_mesh, &thin_model, &balcony, 4.0f, 3.0f, 12.0f},
     Kind{{"specular", "polished balls, screws and ripples: highlights of a few pixels"}, &sky_mesh, &specular_model, &gallery, 3.0f, 2.4f, 9.0f},

@@ -37,6 +37,7 @@ double median(std::vector<double>& v) {
 struct Cost {
     std::vector<double> cpu_ms, wall_ms, late_wall_ms, late_cpu_ms;   // late: from the latch on
     double pixels = 0;
+    const char* executor = "";
 };
 
 const gl::Context* context() {
@@ -88,6 +89,7 @@ void foveation_frame(benchmark::State& state, const std::string& scene_name, con
         c.late_cpu_ms.push_back(now_ms(CLOCK_PROCESS_CPUTIME_ID) - latch_cpu);
         c.cpu_ms.push_back(now_ms(CLOCK_PROCESS_CPUTIME_ID) - cpu);
         c.wall_ms.push_back(now_ms(CLOCK_MONOTONIC) - wall);
+        c.executor = cost.executor;
         c.pixels = static_cast<double>(cost.pixels_shaded) / static_cast<double>(cost.pixels_full);
     };
     for (const auto& [name, unused] : methods) draw(name, false);   // compiles the shaders
@@ -105,6 +107,7 @@ void foveation_frame(benchmark::State& state, const std::string& scene_name, con
     state.counters["cpu_ratio"] = median(mine.cpu_ms) / median(full.cpu_ms);
     state.counters["wall_ratio"] = median(mine.wall_ms) / median(full.wall_ms);
     state.counters["pixel_ratio"] = mine.pixels;
+    state.SetLabel(mine.executor);
     if (methods[method_name]->late_fovea()) {
         state.counters["latch_to_done_cpu_ratio"] = median(mine.late_cpu_ms) / median(full.cpu_ms);
         state.counters["latch_to_done_wall_ratio"] = median(mine.late_wall_ms) / median(full.wall_ms);
@@ -315,6 +318,18 @@ BENCHMARK_CAPTURE(plan_update, moving_4, 4, true)->Name("Plan/64x64 bins/4 point
         benchmark::RegisterBenchmark(("Foveation/scaled_bins_late/fragbox/1024/gain " + std::to_string(gain)).c_str(), foveation_frame, "fragbox",
                                      "scaled_bins_late", 1024, static_cast<float>(gain), foveation::MethodSettings{})
             ->Iterations(7)->Unit(benchmark::kMillisecond)->UseRealTime();
+    // The same by either executor, and by the one that auto takes.
+    for (const int gain : {4, 10}) {
+        const std::string name = "Foveation/beads/1024/gain " + std::to_string(gain);
+        foveation::MethodSettings lists;
+        lists.executor = foveation::BinExecutor::rectangles;
+        benchmark::RegisterBenchmark((name + "/level masks").c_str(), foveation_frame, "beads", "scaled_bins", 1024, static_cast<float>(gain), foveation::MethodSettings{})
+            ->Iterations(9)->Unit(benchmark::kMillisecond)->UseRealTime();
+        benchmark::RegisterBenchmark((name + "/rectangle lists").c_str(), foveation_frame, "beads", "scaled_bins", 1024, static_cast<float>(gain), lists)
+            ->Iterations(9)->Unit(benchmark::kMillisecond)->UseRealTime();
+    }
+    benchmark::RegisterBenchmark("Foveation/beads/1024/gain 4/auto", foveation_frame, "beads", "auto", 1024, 4.0f, foveation::MethodSettings{})
+        ->Iterations(9)->Unit(benchmark::kMillisecond)->UseRealTime();
     benchmark::RegisterBenchmark("Foveation/inset_outset/fragbox/1024", foveation_frame, "fragbox", "inset_outset", 1024, 4.0f, foveation::MethodSettings{})
         ->Iterations(7)->Unit(benchmark::kMillisecond)->UseRealTime();
     benchmark::RegisterBenchmark("Foveation/auto/vert/512/gain 4", foveation_frame, "vert", "auto", 512, 4.0f, foveation::MethodSettings{})

@@ -26,7 +26,7 @@ protected:
 TEST_F(SceneCommand, ListsEveryScene) {
     const auto r = fovea("scene list");
     EXPECT_EQ(r.exit_code, 0);
-    for (const char* name : {"circuit", "fragbox", "vert", "text", "thin", "specular", "moving"}) EXPECT_THAT(r.out, HasSubstr(name));
+    for (const char* name : {"circuit", "fragbox", "vert", "text", "thin", "specular", "moving", "beads"}) EXPECT_THAT(r.out, HasSubstr(name));
     EXPECT_EQ(nlohmann::json::parse(fovea("scene list --json").out).size(), 8u);
 }
 
