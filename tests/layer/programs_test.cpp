@@ -1,6 +1,7 @@
 // Programs of their own process, started as a user starts them: with `fovea layer run`, and without.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <sstream>
 
 #include <nlohmann/json.hpp>
@@ -37,16 +38,27 @@ TEST(LayerPrograms, ExamplesFailWithoutTheLayer) {
     EXPECT_EQ(shell(kBin + "/layer_framebuffer_examples").exit_code, 1);
 }
 
-TEST(LayerPrograms, AnIdleLayerChangesNoPixelHoweverTheProgramFindsItsFunctions) {
-    const Ran plain = shell(kBin + "/layer_plain_program link 2");
+// Functions that are linked, from a library that the program opens, from those it has, and from eglGetProcAddress: the layer has
+// them all, idle and recording.
+class LayerReaches : public testing::TestWithParam<const char*> {};
+
+TEST_P(LayerReaches, FunctionsThatAProgramFinds) {
+    const std::string program = kBin + "/layer_plain_program " + GetParam() + " 2";
+    const Ran plain = shell(program);
     ASSERT_EQ(plain.exit_code, 0);
     ASSERT_EQ(plain.out.size(), 17u);
-    for (const char* how : {"link", "dlopen", "dlsym", "getproc"}) {
-        const Ran ran = shell(kLayer + "-- " + kBin + "/layer_plain_program " + how + " 2");
-        EXPECT_EQ(ran.exit_code, 0) << how;
-        EXPECT_EQ(ran.out, plain.out) << how;
-    }
+    EXPECT_EQ(shell(kLayer + "-- " + program).out, plain.out) << "idle";
+    const std::string errors = temporary("reaches");
+    EXPECT_EQ(shell(kLayer + "--stats -- " + program + " 0", errors).out, plain.out) << "recorded and replayed";
+    const std::string said = file_text(errors);  // its time, then the counters
+    const auto counters = nlohmann::json::parse(said.substr(std::min(said.find('{'), said.size())), nullptr, false);
+    ASSERT_FALSE(counters.is_discarded()) << said;
+    EXPECT_EQ(counters["draws_recorded"], 2 * 2000);
+    std::remove(errors.c_str());
 }
+
+INSTANTIATE_TEST_SUITE_P(LayerPrograms, LayerReaches, testing::Values("link", "dlopen", "dlsym", "getproc"),
+                         [](const auto& test) { return std::string(test.param); });
 
 TEST(LayerPrograms, AnIdleLayerChangesNoPixelOfAProgramOfManyCalls) {
     const Ran plain = shell(kBin + "/layer_calls_program");
