@@ -32,11 +32,11 @@ TEST_F(SceneCommand, ListsEveryScene) {
 
 TEST_F(SceneCommand, ExplainsEachEffectWithItsReasonAndCost) {
     const auto all = explained("thin --method inset_outset --size 96 --repeat 1");
-    ASSERT_EQ(all["effects"].size(), 9u);
+    ASSERT_EQ(all["effects"].size(), 11u);
     for (const auto& e : all["effects"]) EXPECT_NE(e["reason"], "") << e;
     EXPECT_EQ(effect(all, "msaa")["on"], true);
     EXPECT_THAT(effect(all, "msaa")["reason"].get<std::string>(), HasSubstr("thin geometry"));
-    for (const char* measured : {"foveation", "level_mask", "blend", "contrast", "msaa", "hidden_area", "fragment_counter"}) {
+    for (const char* measured : {"foveation", "level_mask", "blend", "contrast", "msaa", "hidden_area", "lens_distortion", "temporal_smoothing", "fragment_counter"}) {
         EXPECT_GT(effect(all, measured)["cost"]["with_ms"].get<double>(), 0) << measured;
         EXPECT_GT(effect(all, measured)["cost"]["without_ms"].get<double>(), 0) << measured;
     }
