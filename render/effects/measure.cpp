@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <ctime>
 #include <optional>
+#include <thread>
 #include <vector>
 
 #include "render/effects/lens_pass.hpp"
 #include "render/effects/smoothing.hpp"
+#include "render/extrapolation/gl_extrapolator.hpp"
+#include "render/gl/context.hpp"
 
 namespace fovea::effects {
 namespace {
@@ -14,6 +17,8 @@ namespace {
 constexpr float kGain = 4;              // the viewer's
 constexpr int kTiny_px = 16;            // next to nothing is shaded
 constexpr Lens kSomeLens{.k1 = 0.22, .k2 = 0.24};   // for the cost of distortion where no lens is known
+constexpr double kFrame_s = 1.0 / 90;   // between two frames of an extrapolation
+constexpr float kAhead = 0.5f;          // of that: the viewer's
 constexpr double kLens_ndc = 1.0;       // for the cost of a hidden area where no lens is known
 
 double now_ms(bool processor) noexcept {
@@ -71,16 +76,39 @@ public:
             if (lens_) lens_->draw(i, owned_[i].color_texture());
             if (smoothing_) smoothing_->draw(i, owned_[i].color_texture(), method_->plan(i), method_->full_region(i), scene::stereo_views()[i].fov, {});
         }
+        if (extrapolator_ != nullptr) follow();
         gl::finish();
         times_ms_.push_back(now_ms(processor) - start);
+    }
+    // From now on each frame is followed by an extrapolated one.
+    Result<void> extrapolate() {
+        namespace extrapolation = render::extrapolation;
+        auto made = extrapolation::GlExtrapolator::create(gl::driver_function, {.threads = std::clamp(static_cast<int>(std::thread::hardware_concurrency()), 1, 4), .backend = {}});
+        if (!made) return std::unexpected(made.error());
+        for (auto* targets : {&last_, &between_})
+            for (std::size_t i = 0; i < 2; ++i) {
+                auto t = gl::RenderTarget::create({.width_px = owned_[i].width(), .height_px = owned_[i].height(), .depth_stencil = false});
+                if (!t) return std::unexpected(t.error());
+                (*targets)[i] = *std::move(t);
+            }
+        extrapolator_ = std::make_unique<extrapolation::GlExtrapolator>(*std::move(made));
+        return {};
     }
     void forget() { times_ms_.clear(); }
     [[nodiscard]] double cost_ms() const { return median(times_ms_); }
 
 private:
+    void follow() {
+        for (std::size_t i = 0; i < 2; ++i) {
+            static_cast<void>(extrapolator_->extrapolate(last_[i].color_texture(), owned_[i].color_texture(), between_[i].color_texture(), kAhead));
+            gl::copy_color(owned_[i], last_[i]);
+        }
+    }
     std::unique_ptr<foveation::Method> method_;
     std::optional<LensPass> lens_;
     std::optional<Smoothing> smoothing_;
+    std::unique_ptr<render::extrapolation::GlExtrapolator> extrapolator_;
+    std::array<gl::RenderTarget, 2> last_, between_;   // with an extrapolator
     std::array<gl::RenderTarget, 2> owned_;
     std::array<foveation::ViewTarget, 2> targets_{};
     std::vector<double> times_ms_;
@@ -91,6 +119,29 @@ void draw_in_turn(std::span<Way> ways, const gl::CommandList& list, const Measur
     for (Way& w : ways) w.forget();
     for (int i = 0; i < s.rounds; ++i)
         for (Way& w : ways) w.draw(list, s.software);
+}
+
+Result<std::optional<Cost>> measure_extrapolation(const scene::Scene& scene, const Plan& planned, const Situation& s, const MeasureSettings& settings) {
+    std::vector<Way> ways;
+    foveation::MethodSettings m;
+    planned.apply(m);
+    for (const bool followed : {false, true}) {
+        auto way = Way::create(planned.method(), m, s.width_px, s.height_px);
+        if (!way) return std::unexpected(way.error());
+        if (followed)
+            if (auto r = way->extrapolate(); !r) return std::unexpected(r.error());
+        ways.push_back(*std::move(way));
+    }
+    // Two moments in turn: a picture that stands still is not searched.
+    gl::CommandList list;
+    for (int i = -2; i < settings.rounds; ++i) {
+        scene.record(settings.time_s + (i % 2 == 0 ? 0 : kFrame_s), scene::stereo_views(), list);
+        for (Way& w : ways) {
+            if (i == 0) w.forget();   // the first two compile shaders and fill the frame before
+            w.draw(list, settings.software);
+        }
+    }
+    return Cost{ways[0].cost_ms(), ways[1].cost_ms()};
 }
 
 }  // namespace
@@ -117,7 +168,8 @@ Result<void> measure_frames(const scene::Scene& scene, const Situation& s, const
 }
 
 Result<std::optional<Cost>> measure_effect(Effect e, const scene::Scene& scene, const Plan& planned, const Situation& s, const MeasureSettings& settings) {
-    if (e == Effect::extrapolation || e == Effect::foveation) return std::optional<Cost>{};
+    if (e == Effect::foveation) return std::optional<Cost>{};
+    if (e == Effect::extrapolation) return measure_extrapolation(scene, planned, s, settings);
     std::vector<Way> ways;
     Situation situation = s;
     situation.method = planned.method();

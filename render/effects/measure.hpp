@@ -25,8 +25,8 @@ struct Cost {
     double without_ms = 0, with_ms = 0;   // the same frame, everything else as planned
     [[nodiscard]] double ratio() const noexcept { return without_ms > 0 ? with_ms / without_ms : 0; }
 };
-// Of one effect under the plan's method; nothing where the method has none, or always has it, or where it is not drawn
-// by a method (extrapolation: `fovea tradeoff extrapolation`).
+// Of one effect under the plan's method; nothing where the method has none, or always has it (foveation: Needs has it).
+// Extrapolation: a frame that is followed by one made from it and the frame before, against the frame alone.
 // scene: made with count_fragments if Effect::fragment_counter is to be measured.
 [[nodiscard]] Result<std::optional<Cost>> measure_effect(Effect effect, const scene::Scene& scene, const Plan& plan, const Situation& situation,
                                                          const MeasureSettings& settings);

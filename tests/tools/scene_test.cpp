@@ -27,7 +27,7 @@ TEST_F(SceneCommand, ListsEveryScene) {
     const auto r = fovea("scene list");
     EXPECT_EQ(r.exit_code, 0);
     for (const char* name : {"circuit", "fragbox", "vert", "text", "thin", "specular", "moving", "beads"}) EXPECT_THAT(r.out, HasSubstr(name));
-    EXPECT_EQ(nlohmann::json::parse(fovea("scene list --json").out).size(), 8u);
+    EXPECT_EQ(nlohmann::json::parse(fovea("scene list --json").out).size(), 9u);
 }
 
 TEST_F(SceneCommand, ExplainsEachEffectWithItsReasonAndCost) {
@@ -36,7 +36,7 @@ TEST_F(SceneCommand, ExplainsEachEffectWithItsReasonAndCost) {
     for (const auto& e : all["effects"]) EXPECT_NE(e["reason"], "") << e;
     EXPECT_EQ(effect(all, "msaa")["on"], true);
     EXPECT_THAT(effect(all, "msaa")["reason"].get<std::string>(), HasSubstr("thin geometry"));
-    for (const char* measured : {"foveation", "level_mask", "blend", "contrast", "msaa", "hidden_area", "lens_distortion", "temporal_smoothing", "fragment_counter"}) {
+    for (const char* measured : {"foveation", "level_mask", "blend", "contrast", "msaa", "hidden_area", "lens_distortion", "temporal_smoothing", "extrapolation", "fragment_counter"}) {
         EXPECT_GT(effect(all, measured)["cost"]["with_ms"].get<double>(), 0) << measured;
         EXPECT_GT(effect(all, measured)["cost"]["without_ms"].get<double>(), 0) << measured;
     }
