@@ -32,7 +32,7 @@ const std::map<std::string, std::vector<std::string>> kArrows = {
     {"render/quality", {"protocol", "render/density", "render/gl", "render/foveation"}},
     {"render/extrapolation", {"protocol", "render/gl", "render/threads"}},
     {"render/scene", {"protocol", "render/density", "render/gl"}},
-    {"render/effects", {"protocol", "render/density", "render/gl", "render/foveation", "render/scene"}},
+    {"render/effects", {"protocol", "render/density", "render/gl", "render/foveation", "render/extrapolation", "render/scene"}},
     {"render/present", {"protocol", "render/gl"}},
     {"render/layer", {"protocol", "protocol/include", "render/density", "render/gl", "render/foveation", "render/extrapolation"}},
     // Wiring.
