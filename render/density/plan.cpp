@@ -66,7 +66,7 @@ Result<Plan> Plan::create(const PlanSettings& wanted) {
     plan.level_.assign(bins, 0);
     plan.column_terms_.assign(static_cast<std::size_t>(plan.columns_) * kMaxFocalPoints, 0);
     plan.rectangles_.resize(bins);
-    plan.open_.assign(static_cast<std::size_t>(plan.columns_), 0);
+    plan.minimum_ = MinimumRectangles(plan.columns_, plan.rows_);
     // The extension's default focal point: everything at full density.
     plan.point_count_ = std::numeric_limits<std::size_t>::max();
     const FocalPoint everywhere;
@@ -122,9 +122,9 @@ bool Plan::assign_levels(std::span<const std::uint8_t> levels) noexcept {
 }
 
 void Plan::finish_levels() noexcept {
-    first_rectangle_[0] = 0;
+    minimum_.make(level_, settings_.level_count, rectangles_, first_rectangle_);
     for (int level = 0; level < settings_.level_count; ++level) {
-        merge_rectangles(level);
+        find_bounds(level);
         count_texels(level);
     }
     ++generation_;
@@ -167,38 +167,11 @@ void Plan::choose_levels() noexcept {
     }
 }
 
-void Plan::merge_rectangles(int level) noexcept {
-    const auto index = static_cast<std::size_t>(level);
-    std::size_t count = first_rectangle_[index];
+void Plan::find_bounds(int level) noexcept {
     BinRect box{static_cast<std::uint16_t>(columns_), static_cast<std::uint16_t>(rows_), 0, 0};
-    std::fill(open_.begin(), open_.end(), 0u);
-    for (int r = 0; r < rows_; ++r) {
-        const std::uint8_t* row = level_.data() + static_cast<std::size_t>(r) * static_cast<std::size_t>(columns_);
-        for (int c = 0; c < columns_;) {
-            if (row[c] != level) {
-                open_[static_cast<std::size_t>(c++)] = 0;
-                continue;
-            }
-            const int start = c;
-            while (c < columns_ && row[c] == level) ++c;
-            std::uint32_t& open = open_[static_cast<std::size_t>(start)];
-            const auto y = static_cast<std::uint16_t>(r);
-            if (open != 0 && rectangles_[open - 1].x1 == c && rectangles_[open - 1].y1 == y) {
-                rectangles_[open - 1].y1 = static_cast<std::uint16_t>(y + 1);
-            } else {
-                rectangles_[count++] = {static_cast<std::uint16_t>(start), y, static_cast<std::uint16_t>(c),
-                                        static_cast<std::uint16_t>(y + 1)};
-                open = static_cast<std::uint32_t>(count);
-            }
-            for (int i = start + 1; i < c; ++i) open_[static_cast<std::size_t>(i)] = 0;
-            box.x0 = std::min(box.x0, static_cast<std::uint16_t>(start));
-            box.x1 = std::max(box.x1, static_cast<std::uint16_t>(c));
-            box.y0 = std::min(box.y0, y);
-            box.y1 = static_cast<std::uint16_t>(y + 1);
-        }
-    }
-    first_rectangle_[index + 1] = count;
-    bounds_[index] = box.empty() ? BinRect{} : box;
+    for (const BinRect& r : rectangles(level))
+        box = {std::min(box.x0, r.x0), std::min(box.y0, r.y0), std::max(box.x1, r.x1), std::max(box.y1, r.y1)};
+    bounds_[static_cast<std::size_t>(level)] = box.empty() ? BinRect{} : box;
 }
 
 void Plan::count_texels(int level) noexcept {

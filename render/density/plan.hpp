@@ -1,8 +1,8 @@
 // Which resolution each bin of an image is rendered at: the density equation decimated to a few levels.
 //
 //   bins, row 0 at the bottom (as in GL)        levels: 0 full, 1 half, 2 quarter ...
-//   2 2 2 2 2 2 2 2      rectangles(1) = {(2,1)-(6,2), (2,2)-(3,4), (5,2)-(6,4), ...}: runs of a row, merged with the
-//   2 2 1 1 1 1 2 2      run above when it is as long; bounds(1) = (2,1)-(6,5)
+//   2 2 2 2 2 2 2 2      rectangles(1) = {(2,1)-(6,2), (2,2)-(3,4), (5,2)-(6,4), ...}: as few as there can be
+//   2 2 1 1 1 1 2 2      (minimum_rectangles.hpp); bounds(1) = (2,1)-(6,5)
 //   2 2 1 0 0 1 2 2
 //   2 2 1 0 0 1 2 2      A level is chosen by the *maximum* density over the bin, so that quality is never below the
 //   2 2 1 1 1 1 2 2      equation's anywhere in it.
@@ -22,6 +22,7 @@
 
 #include "protocol/error.hpp"
 #include "render/density/density.hpp"
+#include "render/density/minimum_rectangles.hpp"
 
 namespace fovea::density {
 
@@ -35,7 +36,6 @@ struct LevelScale {
     bool operator==(const LevelScale&) const = default;
 };
 
-inline constexpr int kMaxLevels = 8;
 inline constexpr int kMaxFocalPoints = 16;
 inline constexpr int kMaxImagePx = 16384;
 
@@ -47,13 +47,6 @@ struct PlanSettings {
     std::array<LevelScale, kMaxLevels> levels{{{0, 0}, {1, 1}, {2, 2}}};  // level 0 is {0, 0}; pixels fall from one to the next
     int level_count = 3;                    // 1 to kMaxLevels
     int guard_texels = 1;                   // width of the ring that the resolve's filter reads around a level's bins, 0 to 2
-};
-
-// Half-open, in bins.
-struct BinRect {
-    std::uint16_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
-    bool operator==(const BinRect&) const = default;
-    [[nodiscard]] bool empty() const noexcept { return x0 >= x1 || y0 >= y1; }
 };
 
 // Half-open, in pixels of the full-resolution image.
@@ -88,7 +81,7 @@ public:
     [[nodiscard]] int level_at(int column, int row) const noexcept {
         return level_[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns_) + static_cast<std::size_t>(column)];
     }
-    // Every bin of a level exactly once. Valid until the next update().
+    // Every bin of a level exactly once, in the fewest rectangles; ordered by y0, then x0. Valid until the next update().
     [[nodiscard]] std::span<const BinRect> rectangles(int level) const noexcept;
     [[nodiscard]] BinRect bounds(int level) const noexcept { return bounds_[static_cast<std::size_t>(level)]; }
     [[nodiscard]] bool uses(int level) const noexcept { return !bounds(level).empty(); }
@@ -111,7 +104,7 @@ private:
     Plan() = default;
     void choose_levels() noexcept;
     void finish_levels() noexcept;
-    void merge_rectangles(int level) noexcept;
+    void find_bounds(int level) noexcept;
     void count_texels(int level) noexcept;
 
     PlanSettings settings_;
@@ -126,7 +119,7 @@ private:
     std::vector<double> column_terms_;             // kMaxFocalPoints * columns_
     std::vector<BinRect> rectangles_;              // by level
     std::array<std::size_t, kMaxLevels + 1> first_rectangle_{};
-    std::vector<std::uint32_t> open_;              // columns_: rectangle that the run starting here may extend, + 1
+    MinimumRectangles minimum_;
     std::array<BinRect, kMaxLevels> bounds_{};
     std::array<std::uint64_t, kMaxLevels> texels_{}, guard_{};
     std::uint64_t generation_ = 0;
