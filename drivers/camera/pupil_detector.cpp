@@ -7,6 +7,8 @@
 
 #include <opencv2/imgproc.hpp>
 
+#include "drivers/camera/edge_model.hpp"
+
 namespace fovea::drivers::camera {
 
 namespace {
@@ -26,16 +28,17 @@ struct Preset {
     int rounds;       // of rays from the found ellipse
     int finalists;    // candidates that are worked out in full
     double blur_px;
+    bool pixels;      // the winner's ellipse is fitted to the pixels along its edge
 };
 
 constexpr Preset preset_of(PupilPreset p) noexcept {
     switch (p) {
-        case PupilPreset::draft: return {0, 1, 0, 0, 1, 0};
-        case PupilPreset::fast: return {32, 1, 0, 0, 1, 1.0};
-        case PupilPreset::balanced: return {64, 1, 40, 1, 1, 1.0};
-        case PupilPreset::best: return {64, 1, 40, 2, 3, 1.0};
+        case PupilPreset::draft: return {0, 1, 0, 0, 1, 0, false};
+        case PupilPreset::fast: return {32, 1, 0, 0, 1, 1.0, false};
+        case PupilPreset::balanced: return {64, 1, 40, 1, 1, 1.0, false};
+        case PupilPreset::best: return {64, 1, 40, 1, 3, 1.0, true};
     }
-    return {64, 1, 40, 1, 1, 1.0};
+    return {64, 1, 40, 1, 1, 1.0, false};
 }
 
 struct Coarse {
@@ -113,6 +116,8 @@ struct PupilDetector::State {
     Preset preset;
     cv::Mat small, sums, region, smooth, mask, labels, stats, centres;
     std::vector<cv::Point2f> points, inliers, trial;
+    EdgeModel edge_model;
+    std::vector<EdgePoint> winner_edge;   // the rays that agree with it
     std::vector<double> outside, sorted;   // brightness just beyond each point
     cv::Rect roi;          // where `smooth` lies in the picture
     double glint_level = 255;
@@ -422,6 +427,8 @@ struct PupilDetector::State {
         find_candidates(image, r_min, r_max);
         const std::size_t count = choose(image, r_min, r_max);
         double best = 0;
+        EdgeFit winner;
+        double winner_glint_level = 255;
         for (std::size_t i = 0; i < count; ++i) {
             const Finalist f = finalists[i];
             prepare_region(image, f.coarse);
@@ -434,10 +441,16 @@ struct PupilDetector::State {
             best = score;
             out.found = true;
             out.ellipse = e;
+            winner_edge.clear();
+            for (const auto& p : inliers) winner_edge.push_back({p.x, p.y});
+            winner_glint_level = glint_level;
+            winner = {.ellipse = e, .inside = f.coarse.inner, .outside = f.coarse.outer};
             out.confidence = std::min(1.0, quality * 1.1) * std::min(1.0, (f.coarse.outer - f.coarse.inner) / 40);
             out.glint_count = 0;
             find_glints(e, out);
         }
+        if (out.found && preset.pixels && edge_model.refine(g, winner_glint_level, winner_edge, winner) && plausible(winner.ellipse, r_min, r_max))
+            out.ellipse = winner.ellipse;
         return out;
     }
 

@@ -2,9 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
+#include <numeric>
 #include <random>
+#include <vector>
 
 #include "drivers/camera/eye_model.hpp"
 #include "drivers/synthetic/eye_image.hpp"
@@ -147,6 +151,43 @@ TEST(PupilDetector, TakesTheLashesOfAClosedEyeForAPupilOnlyRarely) {
         EXPECT_LE(imagined[p], kPictures / 3) << to_string(presets[p]) << ": without the look below the edge it is most of them";
         EXPECT_EQ(open[p], kPictures) << to_string(presets[p]) << ": the same lashes before an open eye";
     }
+}
+
+TEST(PupilDetector, ErrsLessWithEachDearerPreset) {
+    constexpr int kPictures = 12;   // of each of six cases
+    const std::array presets = {PupilPreset::draft, PupilPreset::fast, PupilPreset::balanced, PupilPreset::best};
+    std::array<std::vector<double>, 4> errors;
+    std::mt19937_64 rng(7);
+    const auto between = [&](double low, double high) { return low + (high - low) * static_cast<double>(rng() >> 11) * 0x1p-53; };
+    for (int i = 0; i < 6 * kPictures; ++i) {
+        EyeImageScene s = scene(between(73, 119), between(77, 115), between(12, 29));
+        s.seed = rng();
+        switch (i % 6) {
+            case 0: s.noise = 10; break;
+            case 1: s.blur_px = 2.3; break;
+            case 2: s.pupil_b = 0.6 * s.pupil_a, s.pupil_angle_rad = between(0, 3); break;
+            case 3: s.upper_lid = between(0.32, 0.45); break;
+            case 4: s.upper_lid = 0.2, s.lashes = 25; break;
+            default: s.noise = 6, s.blur_px = 1.2, s.glints = 2, s.pupil_b = 0.75 * s.pupil_a, s.upper_lid = 0.28, s.lashes = 15, s.shade = 0.25; break;
+        }
+        const auto pixels = render_eye(s);
+        for (std::size_t p = 0; p < presets.size(); ++p) {
+            PupilDetector detector({.preset = presets[p]});
+            errors[p].push_back(std::min(5.0, error_px(detector.detect({pixels.data(), s.width, s.height, s.width}), s)));
+        }
+    }
+    std::array<double, 4> median{}, mean{};
+    for (std::size_t p = 0; p < presets.size(); ++p) {
+        std::ranges::sort(errors[p]);
+        median[p] = errors[p][errors[p].size() / 2];
+        mean[p] = std::accumulate(errors[p].begin(), errors[p].end(), 0.0) / static_cast<double>(errors[p].size());
+        std::printf("%-10s median %.3f mean %.3f px\n", to_string(presets[p]), median[p], mean[p]);
+        if (p == 0) continue;
+        EXPECT_LT(median[p], median[p - 1]) << to_string(presets[p]);
+        EXPECT_LT(mean[p], mean[p - 1]) << to_string(presets[p]);
+    }
+    EXPECT_LT(median[3], 0.7 * median[2]) << "what the pixels along the edge add to rays";
+    EXPECT_LT(mean[3], 0.7 * mean[2]);
 }
 
 TEST(PupilDetector, GivesTheSameAnswerForTheSamePicture) {
