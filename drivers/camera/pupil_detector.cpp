@@ -17,7 +17,6 @@ constexpr int kCoarseSide = 96;            // the reduced picture's longer side
 constexpr double kMinContrast = 12;        // grey levels between pupil and surround; below it there is no pupil
 constexpr double kMinAxisRatio = 0.42;     // 65 degrees off the camera's axis
 constexpr double kMinQuality = 0.24;       // share of rays that agree times share of the inside that is dark
-constexpr double kMinCore = 0.85;          // share of what lies below the seen edge that is as dark as a pupil
 constexpr int kTrialRays = 24;             // for choosing between the coarse candidates
 constexpr std::size_t kMaxCandidates = 12;
 
@@ -28,17 +27,18 @@ struct Preset {
     int rounds;       // of rays from the found ellipse
     int finalists;    // candidates that are worked out in full
     double blur_px;
+    double core;      // least share of what lies below the seen edge that is as dark as a pupil
     bool pixels;      // the winner's ellipse is fitted to the pixels along its edge
 };
 
 constexpr Preset preset_of(PupilPreset p) noexcept {
     switch (p) {
-        case PupilPreset::draft: return {0, 1, 0, 0, 1, 0, false};
-        case PupilPreset::fast: return {32, 1, 0, 0, 1, 1.0, false};
-        case PupilPreset::balanced: return {64, 1, 40, 1, 1, 1.0, false};
-        case PupilPreset::best: return {64, 1, 40, 1, 3, 1.0, true};
+        case PupilPreset::draft: return {0, 1, 0, 0, 1, 0, 0.85, false};
+        case PupilPreset::fast: return {32, 1, 0, 0, 1, 1.0, 0.85, false};
+        case PupilPreset::balanced: return {64, 1, 40, 1, 1, 1.0, 0.85, false};
+        case PupilPreset::best: return {64, 1, 40, 1, 3, 1.0, 0.9, true};
     }
-    return {64, 1, 40, 1, 1, 1.0, false};
+    return {64, 1, 40, 1, 1, 1.0, 0.85, false};
 }
 
 struct Coarse {
@@ -473,7 +473,7 @@ struct PupilDetector::State {
             support = static_cast<double>(select(e, 1.5)) / preset.rays;
         }
         quality = support * fill(e, c);
-        return quality >= kMinQuality && core_fill(e, c) >= kMinCore && plausible(e, r_min, r_max);
+        return quality >= kMinQuality && core_fill(e, c) >= preset.core && plausible(e, r_min, r_max);
     }
 };
 
