@@ -7,6 +7,7 @@
 #include "render/effects/contents.hpp"
 #include "render/effects/declared.hpp"
 #include "render/effects/measure.hpp"
+#include "render/effects/print.hpp"
 #include "render/gl/context.hpp"
 #include "tools/commands.hpp"
 
@@ -48,14 +49,17 @@ Result<Explained> explain(const Options& o, effects::Opened opened) {
     Explained x;
     x.situation = {.method = o.method, .budget_ms = o.budget_ms};
     static_cast<void>(parse_size(o.size, &x.situation.width_px, &x.situation.height_px));
-    effects::Needs needs = effects::look_at(opened.source, {.width_px = x.situation.width_px, .height_px = x.situation.height_px});
+    std::vector<effects::Spot> spots;
+    effects::Needs needs = effects::look_at(opened.source, {.width_px = x.situation.width_px, .height_px = x.situation.height_px}, &spots);
     if (opened.source.model) x.remarks = opened.source.model->remarks;
     if (!o.cost) {
+        if (!spots.empty()) x.remarks.push_back("print of procedural materials is not looked for without GL (--no-cost)");
         x.plan = effects::plan(needs, x.situation, opened.declared);
         return x;
     }
     auto context = gl::Context::create();
     if (!context) return std::unexpected(context.error());
+    if (auto ok = effects::add_print(spots, needs); !ok) return std::unexpected(ok.error());
     x.renderer = context->info().renderer;
     x.software = context->info().software;
     auto scene = scene::Scene::create({.name = o.scene, .count_fragments = true}, std::move(opened.source));

@@ -7,9 +7,9 @@ namespace fovea::effects {
 namespace {
 
 constexpr float kStep = 0.03f;          // of its distance: something this much further away lies behind
-constexpr double kStroke_px = 4;        // a stroke that is narrower than a texel of the level 1/4 is lost there
 constexpr double kHighlight_px = 8;     // and so is a highlight of two
 constexpr float kGloss = 0.32f;         // roughness above which highlights have no edge
+constexpr int kGrid_px = 20;            // between spots, in the glance
 
 double median(std::vector<float>& v) noexcept {
     if (v.empty()) return 0;
@@ -94,10 +94,40 @@ Slope slope(const Glance& g, int x, int y, double scale, const scene::Image* ima
     return s;
 }
 
-void look_once(const scene::Source& source, const Look& look, double time_s, const std::vector<double>& strokes, Sums& sums) {
+// uv passed per pixel of the real picture, along rows and columns; 0: no neighbour on the same surface.
+std::array<double, 2> uv_step(const Glance& g, int x, int y, double scale) noexcept {
+    std::array<double, 2> least{};
+    const Glimpse& a = g.at(x, y);
+    for (const auto& [dx, dy] : {std::pair{1, 0}, {-1, 0}, {0, 1}, {0, -1}}) {
+        if (x + dx < 0 || y + dy < 0 || x + dx >= g.width || y + dy >= g.height) continue;
+        const Glimpse& b = g.at(x + dx, y + dy);
+        if (b.w == 0 || b.surface != a.surface) continue;
+        double& way = least[dx != 0 ? 0 : 1];
+        const double step = std::hypot(static_cast<double>(a.uv[0] - b.uv[0]), static_cast<double>(a.uv[1] - b.uv[1])) * scale;
+        way = way > 0 ? std::min(way, step) : step;   // the further one may lie on the next object
+    }
+    return least;
+}
+
+void find_spots(const Glance& g, double scale, std::vector<Spot>& spots) {
+    for (int y = kGrid_px / 2; y < g.height; y += kGrid_px)
+        for (int x = kGrid_px / 2; x < g.width; x += kGrid_px) {
+            const Glimpse& p = g.at(x, y);
+            if (p.w == 0) continue;
+            const Surface& s = g.surfaces[p.surface];
+            if (s.material < 0 || !scene::has_tiles(static_cast<std::uint8_t>(s.material))) continue;
+            const auto step = uv_step(g, x, y, scale);
+            if (step[0] <= 0 || step[1] <= 0) continue;
+            spots.push_back({.tile = {.material = static_cast<std::uint8_t>(s.material), .variant = static_cast<std::uint8_t>(s.variant), .normal = p.normal, .middle = p.uv},
+                             .fine_uv = std::min(step[0], step[1]), .coarse_uv = std::max(step[0], step[1]), .share = static_cast<double>(kGrid_px * kGrid_px)});
+        }
+}
+
+void look_once(const scene::Source& source, const Look& look, double time_s, const std::vector<double>& strokes, Sums& sums, std::vector<Spot>* spots) {
     const scene::SceneView view = scene::stereo_views()[0];
     const Glance g = glance(source, view, time_s, kGlance_px, kGlance_px);
     const double scale = static_cast<double>(kGlance_px) / look.width_px;   // glance pixels per real one
+    if (spots != nullptr) find_spots(g, scale, *spots);
     const int thin = std::max(1, static_cast<int>(std::lround(kThin_px * scale)));
     const scene::Mat4 now = clip_from_world(source, view, time_s), before = clip_from_world(source, view, time_s - look.frame_s);
     std::vector<scene::Mat4> world_now, world_before;
@@ -140,7 +170,7 @@ void look_once(const scene::Source& source, const Look& look, double time_s, con
 
 }  // namespace
 
-double stroke_texels(const scene::Image& image) {
+double stroke_texels(const scene::Image& image, bool hard_edges) {
     if (image.rgba.empty()) return 0;
     std::array<std::size_t, 256> histogram{};
     std::vector<std::uint8_t> luma(image.rgba.size() / 4);
@@ -158,29 +188,38 @@ double stroke_texels(const scene::Image& image) {
     }
     const double all = static_cast<double>(luma.size());
     if (static_cast<double>(on_paper) < 0.5 * all || static_cast<double>(ink) < 0.01 * all || static_cast<double>(ink) > 0.45 * all) return 0;
-    std::size_t runs = 0;
+    std::size_t runs = 0, steps = 0, hard = 0;
     for (int y = 0; y < image.height; ++y) {
         bool before = false;
         for (int x = 0; x < image.width; ++x) {
-            const bool is_ink = std::abs(luma[static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x)] - paper) >= kFar;
+            const std::size_t i = static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x);
+            const bool is_ink = std::abs(luma[i] - paper) >= kFar;
             runs += is_ink && !before;
+            if (x > 0 && is_ink != before) {
+                ++steps;
+                hard += std::abs(luma[i] - luma[i - 1]) >= kFar / 2;
+            }
             before = is_ink;
         }
     }
+    if (hard_edges && 2 * hard < steps) return 0;
     return static_cast<double>(ink) / static_cast<double>(std::max<std::size_t>(runs, 1));
 }
 
-Needs look_at(const scene::Source& source, const Look& look) {
+Needs look_at(const scene::Source& source, const Look& look, std::vector<Spot>* spots) {
+    if (spots != nullptr) spots->clear();
     std::vector<double> strokes;
     if (source.model)
         for (const scene::Image& i : source.model->images) strokes.push_back(stroke_texels(i));
     Sums s;
-    for (const double t : look.times_s) look_once(source, look, t, strokes, s);
+    for (const double t : look.times_s) look_once(source, look, t, strokes, s, spots);
     Needs n;
     n.views = look.views;
     n.triangles = static_cast<double>(source.triangles());
     n.triangle_px = median(s.triangle_px);
     const double covered = std::max(s.covered, 1.0);
+    if (spots != nullptr)
+        for (Spot& spot : *spots) spot.share /= covered;
     n.thin_share = s.thin / covered;
     n.text_share = s.text / covered;
     n.glossy_share = s.glossy / covered;

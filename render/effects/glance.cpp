@@ -11,6 +11,8 @@ using scene::Mat4;
 // How rough the procedural materials are where they are smoothest (shaders.cpp), by scene::Material.
 constexpr std::array<float, 11> kRoughness{0.30f, 0.45f, 0.25f, 0.28f, 0.45f, 0.10f, 0.36f, 1.0f, 0.25f, 0.45f, 0.35f};
 
+constexpr int kVariants = 256;   // what Vertex::material tells apart
+
 struct Corner {
     std::array<double, 4> clip;
     std::array<float, 3> world, normal;
@@ -112,19 +114,21 @@ std::array<double, 4> to_clip(const Mat4& m, const std::array<float, 3>& p) noex
 
 void paint_mesh(const scene::Mesh& mesh, const Mat4& clip, Glance& g, Painter& painter) {
     const auto base = static_cast<std::uint32_t>(g.surfaces.size());
-    for (const float r : kRoughness) g.surfaces.push_back({.roughness = r});
+    for (std::size_t m = 0; m < kRoughness.size(); ++m)
+        for (int variant = 0; variant < kVariants; ++variant) g.surfaces.push_back({.roughness = kRoughness[m], .material = static_cast<int>(m), .variant = variant});
     for (const scene::Chunk& chunk : mesh.chunks) {
         if (scene::project_bounds(clip, chunk.bounds).empty()) continue;
         for (std::uint32_t i = chunk.first_index; i + 2 < chunk.first_index + chunk.index_count; i += 3) {
             std::array<Corner, 3> c;
-            std::uint32_t material = 0;
+            std::uint32_t material = 0, variant = 0;
             for (std::size_t k = 0; k < 3; ++k) {
                 const scene::Vertex& v = mesh.vertices[mesh.indices[i + k]];
                 c[k] = {to_clip(clip, v.position), v.position, {}, v.uv};
                 for (std::size_t axis = 0; axis < 3; ++axis) c[k].normal[axis] = static_cast<float>(v.normal[axis]) / 127;
                 material = v.material[0];
+                variant = v.material[1];
             }
-            painter.triangle(c, base + std::min<std::uint32_t>(material, kRoughness.size() - 1), true);
+            painter.triangle(c, base + std::min<std::uint32_t>(material, kRoughness.size() - 1) * kVariants + variant, true);
         }
     }
 }
@@ -141,7 +145,7 @@ void paint_model(const scene::Model& model, double time_s, const Mat4& clip, boo
             const scene::ModelMaterial& m = model.materials[part.material];
             if (m.blend != blended || scene::project_bounds(clip, scene::transformed(world[n], part.bounds)).empty()) continue;
             const auto surface = static_cast<std::uint32_t>(g.surfaces.size());
-            g.surfaces.push_back({m.roughness, m.color_image, static_cast<int>(n), moving[n], m.blend, m.alpha_cutoff > 0});
+            g.surfaces.push_back({.roughness = m.roughness, .image = m.color_image, .node = static_cast<int>(n), .moving = moving[n], .blended = m.blend, .cut_out = m.alpha_cutoff > 0});
             for (std::uint32_t i = part.first_index; i + 2 < part.first_index + part.index_count; i += 3) {
                 std::array<Corner, 3> c;
                 for (std::size_t k = 0; k < 3; ++k) {

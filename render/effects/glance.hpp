@@ -16,6 +16,7 @@ struct Surface {
     float roughness = 1;
     int image = -1;           // of the model
     int node = -1;            // of the model; -1: of the fixed part of the scene
+    int material = -1, variant = 0;   // of scene::Material, where it is procedural
     bool moving = false, blended = false, cut_out = false;
 };
 

@@ -35,6 +35,25 @@ void main() {
 }
 )";
 
+// On a sheet of tiles; what a material asks of the place in the world is answered as if it lay on the ground.
+constexpr const char* kTileVertex = R"(#version 310 es
+layout(location = 0) in vec3 position;
+layout(location = 1) in vec4 normal_in;
+layout(location = 2) in vec2 uv_in;
+layout(location = 3) in uvec4 material_in;
+out highp vec3 world;
+out highp vec3 normal;
+out highp vec2 uv;
+flat out highp uvec2 material;
+void main() {
+    world = vec3(uv_in.x, 0.0, uv_in.y);
+    normal = normal_in.xyz;
+    uv = uv_in;
+    material = material_in.xy;
+    gl_Position = vec4(position, 1.0);
+}
+)";
+
 // A box around each ball: a normal's signs say which corner it is, uv.x is the radius.
 constexpr const char* kBallVertex = R"(
 layout(location = 0) in vec3 position;
@@ -280,15 +299,22 @@ vec3 surroundings(vec3 d, float blur) {
 }
 )";
 
-constexpr const char* kLighting = R"(
+constexpr const char* kInputs = R"(
 in highp vec3 world;
 in highp vec3 normal;
 in highp vec2 uv;
 flat in highp uvec2 material;
+layout(location = 0) out vec4 color;
+)";
+
+constexpr const char* kUnlit = R"(
+void main() { color = vec4(sqrt(clamp(surface(material, normalize(normal), world, uv).albedo, 0.0, 1.0)), 1.0); }
+)";
+
+constexpr const char* kLighting = R"(
 #if FAMILY == 5
 flat in highp vec4 ball;
 #endif
-layout(location = 0) out vec4 color;
 
 vec3 shade_light(Surface s, vec3 n, vec3 v, vec3 l, vec3 radiance, vec3 f0, float a2, float nv) {
     float nl = dot(n, l);
@@ -367,6 +393,8 @@ std::string vertex_shader(Family family, const gl::ViewsAtOnce& at_once) {
     return gl::vertex_for_views(source, at_once);
 }
 
+std::string tile_vertex_shader() { return kTileVertex; }
+
 std::string fragment_shader(const ShaderOptions& o) {
     std::string source;
     if (o.count_fragments)
@@ -378,7 +406,7 @@ std::string fragment_shader(const ShaderOptions& o) {
     if (o.color_image) source += "#define COLOR_IMAGE\n";
     if (o.surface_image) source += "#define SURFACE_IMAGE\n";
     if (o.cut_out) source += "#define CUT_OUT\n";
-    source += std::string(kViewBlock) + (o.family == Family::model ? kObjectBlock : "") + kNoise + kMaterials + kLighting;
+    source += std::string(kViewBlock) + (o.family == Family::model ? kObjectBlock : "") + kNoise + kMaterials + kInputs + (o.unlit ? kUnlit : kLighting);
     return gl::fragment_for_views(source, o.at_once);
 }
 

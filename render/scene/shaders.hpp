@@ -48,12 +48,15 @@ struct ShaderOptions {
     int extra_lights = 0;           // 0 to 58: repeats the lights around the scene, for a heavier fragment
     // Family::model: what the material has; each is a variant, built only where a material asks for it.
     bool color_image = false, surface_image = false, cut_out = false;
+    bool unlit = false;             // the root of the albedo alone, behind tile_vertex_shader()
     gl::ViewsAtOnce at_once = {};   // written once with gl_ViewID_OVR: how several views are drawn by it
     bool operator==(const ShaderOptions&) const = default;
 };
 
 // Family::model: attributes position, normal, uv; uniform block `Object`, binding 1, as in ObjectBlock.
 [[nodiscard]] std::string vertex_shader(Family family = Family::board, const gl::ViewsAtOnce& at_once = {});
+// Attributes as in Vertex; position is the place on the sheet, NDC (material_tiles.hpp).
+[[nodiscard]] std::string tile_vertex_shader();
 [[nodiscard]] std::string fragment_shader(const ShaderOptions& options);
 
 }  // namespace fovea::scene

@@ -7,6 +7,7 @@
 #include "render/effects/contents.hpp"
 #include "render/effects/declared.hpp"
 #include "render/effects/measure.hpp"
+#include "render/effects/print.hpp"
 
 namespace fovea::viewer {
 
@@ -17,7 +18,9 @@ std::expected<Eyes, Failure> Eyes::create(const Options& o, const TimeSource& ti
     for (const auto d : {gl::ViewDrawing::repeated, gl::ViewDrawing::instanced, gl::ViewDrawing::multiview2})
         if (o.views == gl::view_drawing_name(d)) eyes.drawing_ = d;
     eyes.declared_ = std::move(opened->declared);
-    eyes.needs_ = effects::look_at(opened->source, {.width_px = o.width_px, .height_px = o.height_px});
+    std::vector<effects::Spot> spots;
+    eyes.needs_ = effects::look_at(opened->source, {.width_px = o.width_px, .height_px = o.height_px}, &spots);
+    if (auto r = effects::add_print(spots, eyes.needs_); !r) return failed(r.error());
     eyes.needs_.object_px *= std::abs(o.speed);
     eyes.needs_.camera_px *= std::abs(o.speed);
     auto scene = scene::Scene::create({.name = o.scene, .speed = o.speed}, std::move(opened->source));
