@@ -178,12 +178,21 @@ double stroke_texels(const scene::Image& image, bool hard_edges) {
         luma[i] = static_cast<std::uint8_t>((2 * image.rgba[i * 4] + 5 * image.rgba[i * 4 + 1] + image.rgba[i * 4 + 2]) / 8);
         ++histogram[luma[i]];
     }
-    // The paper is the commonest tone; ink is what is far from it. Between them lie only the letters' edges.
-    const auto paper = static_cast<int>(std::max_element(histogram.begin(), histogram.end()) - histogram.begin());
+    // The paper is where most tones lie together, grain and all; ink is what is far from it. Between them lie only the letters' edges.
     constexpr int kFar = 90, kNear = 24;
     std::size_t on_paper = 0, ink = 0;
+    int paper = 0;
+    for (int middle = 0; middle < 256; ++middle) {
+        std::size_t together = 0, tones = 0;
+        for (int v = std::max(0, middle - kNear); v <= std::min(255, middle + kNear); ++v) {
+            together += histogram[static_cast<std::size_t>(v)];
+            tones += histogram[static_cast<std::size_t>(v)] * static_cast<std::size_t>(v);
+        }
+        if (together <= on_paper) continue;
+        on_paper = together;
+        paper = static_cast<int>(tones / together);
+    }
     for (int v = 0; v < 256; ++v) {
-        if (std::abs(v - paper) <= kNear) on_paper += histogram[static_cast<std::size_t>(v)];
         if (std::abs(v - paper) >= kFar) ink += histogram[static_cast<std::size_t>(v)];
     }
     const double all = static_cast<double>(luma.size());
