@@ -467,7 +467,8 @@ TEST_F(Foveation, DISABLED_PrintPictureHash) { std::printf("picture %016llx\n", 
 TEST_F(Foveation, PicturesAreTheSameForAnyNumberOfDriverThreads) {
     std::string first;
     for (const char* threads : {"0", "1", "2", "3", "4", "6", "8"}) {
-        const std::string command = std::string("LP_NUM_THREADS=") + threads + " '" + FOVEA_BIN_DIR +
+        // The leak sanitizer loses its way in the driver's threads as they end; what leaks, the other tests tell.
+        const std::string command = std::string("ASAN_OPTIONS=\"$ASAN_OPTIONS:detect_leaks=0\" LP_NUM_THREADS=") + threads + " '" + FOVEA_BIN_DIR +
                                     "/fovea_render_test' --gtest_also_run_disabled_tests --gtest_filter='*PrintPictureHash' 2>&1";
         std::FILE* pipe = popen(command.c_str(), "r");
         ASSERT_NE(pipe, nullptr);
