@@ -145,7 +145,7 @@ void draw_legend(Canvas& canvas, const Snapshot& s, int top) {
         canvas.text(x, mid, scale, text.data(), {225, 228, 235});
         x += (static_cast<int>(std::strlen(text.data())) * 4 + 8) * scale;
     }
-    std::snprintf(text.data(), text.size(), "CROSS: GAZE PREDICTED FOR THE PHOTON (95%% DASHED).  %sSHADED %.1f%% OF THE PIXELS.  ",
+    std::snprintf(text.data(), text.size(), "CROSS: GAZE PREDICTED FOR THE PHOTON (95%% DASHED).  %sSHADED %.1f%%.  ",
                   !s.views.empty() && s.views[0].actual ? "DOT: WHERE IT WAS.  " : "", 100 * s.shaded);
     canvas.text(pad, mid + 8 * scale, scale, std::string(text.data()) + s.title, {160, 166, 178});
 }
