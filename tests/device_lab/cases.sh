@@ -20,7 +20,9 @@ case "$1" in
     --length) awk -v c="$2" '$1 == c {print $2}' <<<"$lengths"; exit ;;
 esac
 lab=$LAB_BIN/lab_
-recording=tests/data/recordings/eyelink_lookatpoint_s1.csv
+# A session file, of a real recording. In memory: where a session is opened its journal may want to stand beside it.
+recording=/run/lab/recording.fovea
+[ -e $recording ] || { mkdir -p /run/lab && cp "$LAB_BIN/recording.fovea" $recording; }
 export FOVEA_DEVICES_DIR=$PWD/configs/devices
 failures=0
 pass() { echo "PASS $*"; }

@@ -75,7 +75,7 @@ make_ram_root() {
     local tree file program
     ram_root=$out/ram_root.cpio
     tree=$(mktemp -d "$out/ram.XXXXXX")
-    mkdir -p "$tree"/{bin,dev,proc,sys,run,tmp,out/bin,etc/udev/rules.d,lib/systemd,lib/modules,lab/tests/data/recordings}
+    mkdir -p "$tree"/{bin,dev,proc,sys,run,tmp,out/bin,etc/udev/rules.d,lib/systemd,lib/modules,lab}
 
     cp "$(command -v busybox)" "$tree/bin/busybox"
     cp "$(command -v bash)" "$tree/bin/bash"
@@ -98,9 +98,8 @@ make_ram_root() {
     depmod -b "$tree" "$kernel" 2>/dev/null
     mkdir -p "$tree/lab/configs"
     cp -r "$source_dir/configs/devices" "$source_dir/configs/udev" "$tree/lab/configs/"
-    cp "$out"/bin/*.sh "$tree/out/bin/"
+    cp "$out"/bin/*.sh "$out/bin/recording.fovea" "$tree/out/bin/"
     cp "$here/guest.sh" "$tree/out/"
-    cp "$source_dir"/tests/data/recordings/eyelink_lookatpoint_s1.csv "$tree/lab/tests/data/recordings/"
     printf 'root:x:0:0::/:/bin/sh\n' >"$tree/etc/passwd"
     printf 'root:x:0:\nplugdev:x:46:\nvideo:x:44:\n' >"$tree/etc/group"
     cat >"$tree/init" <<'INIT'
