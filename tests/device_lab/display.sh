@@ -46,7 +46,7 @@ case_display() {
     modprobe -a drm_kms_helper drm_shmem_helper
     insmod "$LAB_KO/vkms.ko"
     await 5 ls /dev/dri/card0 || { bad "display: the virtual screen appears"; return; }
-    start_daemon "source.path=$PWD/$recording"
+    start_daemon "source.path=$recording"
     FOVEA_KMS_MODE=640x480 "$LAB_BIN/fovea-view" --socket /run/lab/fovea/focus.sock --present kms $light --frames 12 >/run/lab/kms.json 2>/run/lab/kms.err
     check $? "display: fovea-view on a bare screen ($(cat /run/lab/kms.err))"
     stop_daemon display
@@ -73,7 +73,7 @@ case_display_wayland() {
         --tty=1 --socket=lab --continue-without-input >/run/lab/weston.log 2>&1 &
     weston=$!
     await 60 test -S /run/lab/wayland/lab || { tail -5 /run/lab/weston.log; bad "display: weston starts"; return; }
-    start_daemon "source.path=$PWD/$recording"
+    start_daemon "source.path=$recording"
     XDG_RUNTIME_DIR=/run/lab/wayland WAYLAND_DISPLAY=lab WAYLAND_DEBUG=client "$LAB_BIN/fovea-view" --socket /run/lab/fovea/focus.sock $light --frames 12 \
         >/run/lab/wayland.json 2>/run/lab/wayland.err
     check $? "display: fovea-view in a window, chosen by itself ($(grep '^fovea-view: display' /run/lab/wayland.err))"
