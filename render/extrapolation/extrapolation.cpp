@@ -4,6 +4,7 @@
 #include <cstring>
 #include <new>
 
+#include "render/extrapolation/edges.hpp"
 #include "render/extrapolation/gather.hpp"
 #include "render/extrapolation/motion.hpp"
 #include "render/extrapolation/projection.hpp"
@@ -26,7 +27,8 @@ struct Extrapolator::State {
     MotionSearch motion;
     Projection projection;       // of the search's cells
     Projection known_projection; // of the renderer's motion; sized on first use
-    Gatherable source, far_source;   // the latter sized with known_projection
+    Gatherable source, far_source;
+    MotionEdges edges, known_edges;   // of the search's cells, and of the renderer's without depth
     bool known_with_depth = false;
     Gather gather;
 };
@@ -127,6 +129,8 @@ bool Extrapolator::prepare(int width_px, int height_px, Format format) noexcept 
         s.projection.resize(s.motion.field().width, s.motion.field().height);
         s.known_projection = {};
         s.source.resize(width_px, height_px, format);
+        s.far_source.resize(width_px, height_px, format);
+        s.edges.resize(s.motion.field().width, s.motion.field().height, width_px, format, s.settings.threads);
         s.gather.resize(width_px, format, s.settings.threads);
     } catch (const std::bad_alloc&) {
         return false;
@@ -156,9 +160,9 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
         if (sized.width != hints.motion->width || sized.height != hints.motion->height || (with_depth && !s.known_with_depth)) try {
                 if (with_depth) {
                     s.known_projection.resize_known(hints.motion->width, hints.motion->height);
-                    s.far_source.resize(src1.width_px, src1.height_px, src1.format);
                 } else {
                     s.known_projection.resize(hints.motion->width, hints.motion->height);
+                    s.known_edges.resize(hints.motion->width, hints.motion->height, src1.width_px, src1.format, s.settings.threads);
                 }
                 s.known_with_depth = with_depth;
             } catch (const std::bad_alloc&) {
@@ -222,6 +226,12 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
         s.report.used_both = true;
     }
     s.gather.run(job, *s.kernels, s.pool);
+    // With depth the projection knows the edges already.
+    MotionEdges& edges = known_cell == 0 ? s.edges : s.known_edges;
+    if (!with_depth && edges.find(projection->displacement(), projection->touched())) {
+        make_gatherable(far, s.far_source, s.pool);
+        edges.run({&near, &s.source, &s.far_source, &output, &projection->displacement(), projection->front(), cell_px, step, hints.gaze, s.tuning.cubic}, *s.kernels, s.pool);
+    }
     return Outcome::ok;
 }
 

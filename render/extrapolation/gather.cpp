@@ -5,22 +5,14 @@
 
 namespace fovea::render::extrapolation {
 
-namespace {
-
-constexpr float kFixedOne = 256;
-// Neighbouring cells whose displacements differ by more than this belong to different surfaces.
-constexpr float kSurfaceStepPx = 3.0f;
-
-}  // namespace
-
 void Gather::resize(int width_px, Format format, int threads) {
     scratch_.resize(static_cast<std::size_t>(threads));
     for (auto& s : scratch_) {
         const auto width = static_cast<std::size_t>(width_px);
-        s.dx.assign(width + 16, 0);
-        s.dy.assign(width + 16, 0);
-        s.row_u.assign(width + 2, 0.0f);
-        s.row_v.assign(width + 2, 0.0f);
+        s.dx.assign(width + kExpandPad + 64, 0);
+        s.dy = s.dx;
+        s.row_u.assign(width + 2 * kExpandPad, 0.0f);
+        s.row_v = s.row_u;
         const bool own = format == Format::rgba8 || format == Format::rgba32f;
         s.packed.assign(own ? 0 : width * (is_float(format) ? 16 : 4), 0);
         s.second.assign(width * (is_float(format) ? 16 : 4), 0);
@@ -35,7 +27,7 @@ bool Gather::how_row(const Job& job, int y, int x0, int x1, Scratch& s) noexcept
     std::int32_t any = 0;
     for (int x = x0; x < x1; ++x) {
         const auto k = static_cast<std::size_t>(x);
-        const std::int32_t fx = s.dx[k] + x * 256, fy = s.dy[k] + y * 256;
+        const std::int32_t fx = s.dx[k + kExpandPad] + x * 256, fy = s.dy[k + kExpandPad] + y * 256;
         const bool inside = fx >= 0 && fy >= 0 && fx <= (w - 1) * 256 && fy <= (h - 1) * 256;
         s.how[k] = inside ? cells[q == 1 ? x : x / q] : kFirstOnly;
         any |= s.how[k];
@@ -46,41 +38,17 @@ bool Gather::how_row(const Job& job, int y, int x0, int x1, Scratch& s) noexcept
 void Gather::displacement_row(const Field& f, int q, int y, int x0, int x1, const Kernels& kernels, Scratch& s) noexcept {
     if (q == 1) {
         const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(y) * f.width + x0;
-        kernels.fix(f.u.data() + row, s.dx.data() + x0, x1 - x0);
-        kernels.fix(f.v.data() + row, s.dy.data() + x0, x1 - x0);
+        kernels.fix(f.u.data() + row, s.dx.data() + kExpandPad + x0, x1 - x0);
+        kernels.fix(f.v.data() + row, s.dy.data() + kExpandPad + x0, x1 - x0);
         return;
     }
     // Twice the position in cells, from the centre of cell 0: (2y + 1 - q) / q halves.
     const int twice = 2 * y + 1 - q, j0 = std::clamp(twice < 0 ? -1 : twice / (2 * q), 0, f.height - 1), j1 = std::min(j0 + (twice < 0 ? 0 : 1), f.height - 1);
     const float fy = twice < 0 ? 0.0f : static_cast<float>(twice - 2 * q * j0) / static_cast<float>(2 * q);
     const int c0 = std::max(x0 / q - 1, 0), c1 = std::min((x1 - 1) / q + 2, f.width);
-    const float *ua = f.u.data() + static_cast<std::ptrdiff_t>(j0) * f.width, *ub = f.u.data() + static_cast<std::ptrdiff_t>(j1) * f.width;
-    const float *va = f.v.data() + static_cast<std::ptrdiff_t>(j0) * f.width, *vb = f.v.data() + static_cast<std::ptrdiff_t>(j1) * f.width;
-    float *ru = s.row_u.data(), *rv = s.row_v.data();
-    for (int c = c0; c < c1; ++c) {
-        const float du = ub[c] - ua[c], dv = vb[c] - va[c];
-        const bool step = std::fabs(du) > kSurfaceStepPx || std::fabs(dv) > kSurfaceStepPx;
-        const float t = step ? (fy < 0.5f ? 0.0f : 1.0f) : fy;
-        ru[c] = (ua[c] + t * du) * kFixedOne;
-        rv[c] = (va[c] + t * dv) * kFixedOne;
-    }
-    std::int32_t *dx = s.dx.data(), *dy = s.dy.data();
-    const float per = 1.0f / static_cast<float>(2 * q);
-    // From the centre of cell c to that of c + 1: q pixels, starting half a cell into c.
-    for (int c = c0 - 1; c < c1; ++c) {
-        const int a = std::clamp(c, c0, c1 - 1), b = std::min(a + (c < c0 ? 0 : 1), c1 - 1);
-        const int first = c * q + q / 2, begin = std::max(first, x0), end = std::min(first + q, x1);
-        if (begin >= end) continue;
-        const float u = ru[a], v = rv[a], du = ru[b] - u, dv = rv[b] - v;
-        const bool step = std::fabs(du) > kSurfaceStepPx * kFixedOne || std::fabs(dv) > kSurfaceStepPx * kFixedOne;
-        for (int x = begin; x < end; ++x) {
-            float t = static_cast<float>(2 * (x - first) + 1) * per;
-            if (step) t = t < 0.5f ? 0.0f : 1.0f;
-            const float px = u + t * du, py = v + t * dv;
-            dx[x] = static_cast<std::int32_t>(px + (px < 0 ? -0.5f : 0.5f));
-            dy[x] = static_cast<std::int32_t>(py + (py < 0 ? -0.5f : 0.5f));
-        }
-    }
+    const std::ptrdiff_t a = static_cast<std::ptrdiff_t>(j0) * f.width, b = static_cast<std::ptrdiff_t>(j1) * f.width;
+    kernels.expand({f.u.data() + a, f.v.data() + a, f.u.data() + b, f.v.data() + b, fy, q, c0, c1, x0, x1,
+                    s.row_u.data() + kExpandPad, s.row_v.data() + kExpandPad, s.dx.data() + kExpandPad, s.dy.data() + kExpandPad});
 }
 
 void Gather::run(const Job& job, const Kernels& kernels, ThreadPool& pool) noexcept {
@@ -127,12 +95,12 @@ void Gather::run(const Job& job, const Kernels& kernels, ThreadPool& pool) noexc
                     displacement_row(*job.displacement, job.cell_px, y, x0, x1, kernels, s);
                     void* to = own ? static_cast<void*>(out) : s.packed.data();
                     const auto warp = floats ? (cubic ? kernels.warp_float_cubic : kernels.warp_float_linear) : (cubic ? kernels.warp_rgba8_cubic : kernels.warp_rgba8_linear);
-                    warp({job.source->pixels, job.source->row_bytes, near.width_px, near.height_px, y, x0, x1, s.dx.data(), s.dy.data(), to, job.source->finite});
+                    warp({job.source->pixels, job.source->row_bytes, near.width_px, near.height_px, y, x0, x1, s.dx.data() + kExpandPad, s.dy.data() + kExpandPad, to, job.source->finite});
                     if (job.far_source != nullptr) {
                         displacement_row(*job.far_displacement, job.cell_px, y, x0, x1, kernels, s);
                         if (how_row(job, y, x0, x1, s)) {
                             const Gatherable& far = *job.far_source;
-                            warp({far.pixels, far.row_bytes, near.width_px, near.height_px, y, x0, x1, s.dx.data(), s.dy.data(), s.second.data(), far.finite});
+                            warp({far.pixels, far.row_bytes, near.width_px, near.height_px, y, x0, x1, s.dx.data() + kExpandPad, s.dy.data() + kExpandPad, s.second.data(), far.finite});
                             (floats ? kernels.blend_float : kernels.blend_rgba8)({to, s.second.data(), s.how.data() + x0, x1 - x0});
                         }
                     }

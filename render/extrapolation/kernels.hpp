@@ -89,6 +89,20 @@ struct CarryJob {
     float *u, *v, *far_u, *far_v;  // out: where each output cell comes from, in the nearer and in the farther source
 };
 
+// One pixel row of displacement from two rows of cells: between the centres of cells it is interpolated where neighbours agree,
+// and taken from the nearer cell where they do not, so that two surfaces keep an edge between them.
+inline constexpr float kSurfaceStep_px = 3.0f;   // neighbours displaced further apart do not agree
+inline constexpr int kExpandPad = 16;            // floats and numbers of room that `mixed_*`, dx and dy have at each end
+struct ExpandRow {
+    const float *upper_u, *upper_v, *lower_u, *lower_v;   // rows of cells, pixels
+    float below;                 // 0 to 1: how far the pixel row lies from the upper row of cells to the lower one
+    int cell_px;                 // 2, 4 or 8
+    int cell0, cell1;            // cells that are read, at least those around x0 to x1 - 1
+    int x0, x1;
+    float *mixed_u, *mixed_v;    // scratch, one per cell
+    std::int32_t *dx, *dy;       // out, as WarpRow; up to 8 * cell_px beyond x1, and cell_px before x0, are written over
+};
+
 // Two pictures of one output row become one. Where both say about the same they are averaged: each has resampling and
 // aliasing of its own. Where they differ, the first stays.
 inline constexpr std::int32_t kFirstOnly = 0, kBoth = 24, kSecondOnly = 48;   // of 48: the second's most weight
@@ -124,6 +138,7 @@ struct Kernels {
     void (*warp_float_linear)(const WarpRow&);
     void (*warp_float_cubic)(const WarpRow&);
     bool (*carry)(const CarryJob&);                            // true: something moves
+    void (*expand)(const ExpandRow&);
     void (*fix)(const float* px, std::int32_t* fixed, int count);   // to 1/256 pixel, as WarpRow wants it
     void (*blend_rgba8)(const BlendRow&);
     void (*blend_float)(const BlendRow&);

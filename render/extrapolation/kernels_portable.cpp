@@ -12,7 +12,7 @@ namespace {
 }  // namespace
 extern const Kernels kKernels;
 const Kernels kKernels = {"portable", search, balance, spread, smooth, halve, luma_rgba8, warp_rgba8_linear, warp_rgba8_cubic,
-                          warp_float_linear, warp_float_cubic, carry, fix, blend_rgba8, blend_float};
+                          warp_float_linear, warp_float_cubic, carry, expand, fix, blend_rgba8, blend_float};
 }  // namespace portable
 
 #ifdef FOVEA_HAS_AVX2_KERNELS

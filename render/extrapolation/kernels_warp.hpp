@@ -296,6 +296,104 @@ FOVEA_INLINE void warp_float(const WarpRow& row, bool cubic) {
 static void warp_float_linear(const WarpRow& row) { warp_float(row, false); }
 static void warp_float_cubic(const WarpRow& row) { warp_float(row, true); }
 
+// a0 b0 a1 b1 ...
+FOVEA_INLINE void interleave(V8& low, V8& high, const V8& a, const V8& b) {
+    low = __builtin_shuffle(a, b, I8{0, 8, 1, 9, 2, 10, 3, 11});
+    high = __builtin_shuffle(a, b, I8{4, 12, 5, 13, 6, 14, 7, 15});
+}
+FOVEA_INLINE void store_fixed(std::int32_t* out, const V8& v) {
+    V8 half, other;
+    splat(half, 0.5f);
+    splat(other, -0.5f);
+    const I8 i = __builtin_convertvector(v + (v < 0.0f ? other : half), I8);
+    __builtin_memcpy(out, &i, sizeof i);
+}
+// Of eight cells, the values of kCell pixels each, kept by their place in the cell, become 8 * kCell pixels in a row.
+template <int kCell>
+FOVEA_INLINE void store_cells(std::int32_t* out, const V8 (&v)[kCell]) {
+    if constexpr (kCell == 1) {
+        store_fixed(out, v[0]);
+    } else {
+        V8 low[kCell / 2], high[kCell / 2];
+        for (int k = 0; k < kCell / 2; ++k) interleave(low[k], high[k], v[k], v[k + kCell / 2]);
+        store_cells<kCell / 2>(out, low);
+        store_cells<kCell / 2>(out + 4 * kCell, high);
+    }
+}
+template <int kCell>
+FOVEA_INLINE void expand_cells(const ExpandRow& row) {
+    V8 step;
+    splat(step, kSurfaceStep_px * 256.0f);
+    // From the centre of cell c to that of c + 1: kCell pixels, starting half a cell into c.
+    int c = row.x0 / kCell - 1;
+    for (int x = c * kCell + kCell / 2; x < row.x1; x += 8 * kCell, c += 8) {
+        V8 u, v, du, dv, size_u, size_v, one[kCell];
+        load(u, row.mixed_u + c);
+        load(v, row.mixed_v + c);
+        load(du, row.mixed_u + c + 1);
+        load(dv, row.mixed_v + c + 1);
+        du -= u;
+        dv -= v;
+        absolute(size_u, du);
+        absolute(size_v, dv);
+        const I8 apart = (size_u > step) | (size_v > step);
+        for (int plane = 0; plane < 2; ++plane) {
+            const V8 &from = plane == 0 ? u : v, &to = plane == 0 ? du : dv;
+            for (int k = 0; k < kCell; ++k) {
+                V8 t, side;
+                splat(t, static_cast<float>(2 * k + 1) / static_cast<float>(2 * kCell));
+                splat(side, 2 * k + 1 < kCell ? 0.0f : 1.0f);
+                one[k] = from + (apart ? side : t) * to;
+            }
+            store_cells<kCell>((plane == 0 ? row.dx : row.dy) + x, one);
+        }
+    }
+}
+static void expand(const ExpandRow& row) {
+    V8 step, t, side, one;
+    splat(step, kSurfaceStep_px);
+    splat(t, row.below);
+    splat(side, row.below < 0.5f ? 0.0f : 1.0f);
+    splat(one, 256.0f);
+    for (int c = row.cell0; c < row.cell1;) {
+        const int count = row.cell1 - c;
+        if (count >= 8) {
+            V8 u, v, du, dv, size_u, size_v;
+            load(u, row.upper_u + c);
+            load(v, row.upper_v + c);
+            load(du, row.lower_u + c);
+            load(dv, row.lower_v + c);
+            du -= u;
+            dv -= v;
+            absolute(size_u, du);
+            absolute(size_v, dv);
+            const V8 w = ((size_u > step) | (size_v > step)) ? side : t;
+            store(row.mixed_u + c, (u + w * du) * one);
+            store(row.mixed_v + c, (v + w * dv) * one);
+            c += 8;
+        } else {
+            const float u = row.upper_u[c], v = row.upper_v[c], du = row.lower_u[c] - u, dv = row.lower_v[c] - v;
+            const bool apart = larger(du, -du) > kSurfaceStep_px || larger(dv, -dv) > kSurfaceStep_px;
+            const float w = apart ? (row.below < 0.5f ? 0.0f : 1.0f) : row.below;
+            row.mixed_u[c] = (u + w * du) * 256.0f;
+            row.mixed_v[c] = (v + w * dv) * 256.0f;
+            ++c;
+        }
+    }
+    for (int k = 1; k <= kExpandPad; ++k) {
+        row.mixed_u[row.cell0 - k] = row.mixed_u[row.cell0];
+        row.mixed_v[row.cell0 - k] = row.mixed_v[row.cell0];
+        row.mixed_u[row.cell1 - 1 + k] = row.mixed_u[row.cell1 - 1];
+        row.mixed_v[row.cell1 - 1 + k] = row.mixed_v[row.cell1 - 1];
+    }
+    if (row.cell_px == 2)
+        expand_cells<2>(row);
+    else if (row.cell_px == 4)
+        expand_cells<4>(row);
+    else
+        expand_cells<8>(row);
+}
+
 static void fix(const float* px, std::int32_t* fixed, int count) {
     for (int i = 0; i < count; ++i) {
         const float v = px[i] * 256.0f;

@@ -149,7 +149,7 @@ void MotionSearch::search_level(int level, bool backward, const Tuning& tuning, 
     const int iterations = backward ? (tuning.iterations + 1) / 2 : tuning.iterations;
     const int rounds = backward ? (tuning.balance_rounds + 1) / 2 : tuning.balance_rounds;
     const SearchJob job{from.row(0), to.row(0), from.stride(), from.width(), from.height(), columns, rows, patches_.data(), tasks_.data(),
-                        iterations, tuning.passes, reach};
+                        iterations, level == 0 ? 1 : tuning.passes, reach};
     pool.run(rows, kChunkRows, [&](int row0, int row1) { kernels.search(job, row0, row1); });
     kernels.balance({&job, rounds, tuning.stiffness});
     // Around what may move, and for a coarser level everywhere: it is small.
@@ -218,14 +218,16 @@ void MotionSearch::smooth(const TileMap& tiles, int passes, const Kernels& kerne
     }
 }
 
-// Blocks where the motion explains no more than standing still does stand still; counts what nothing explains.
+// Blocks where the motion explains far less than standing still does stand still; counts what nothing explains.
 void MotionSearch::validate(const TileMap& tiles) noexcept {
     const std::size_t l = cell_px_ < 4 && near_.size() > 1 ? 1 : 0;
     const int shift = static_cast<int>(l), scale = cell_px_ << shift;
     const Plane &near = near_[l], &far = far_[l];
     Field& f = forward_[0];
     constexpr int kBlock = 8;
-    constexpr float kNoise = 0.5f, kTextured = 4.0f, kMustExplain = 0.97f, kUnexplained = 0.5f, kNoMatch = 1.2f;   // variances, levels of 255 squared
+    constexpr float kNoise = 0.5f, kTextured = 4.0f, kUnexplained = 0.5f, kNoMatch = 0.9f;   // variances, levels of 255 squared
+    // Reading between cells blurs, and standing still does not: what is thinner than a cell, moved rightly, leaves more than at rest.
+    constexpr float kMuchWorse = 4.0f;
     int textured = 0, unexplained = 0;
     for (int by = 0; by < near.height(); by += kBlock)
         for (int bx = 0; bx < near.width(); bx += kBlock) {
@@ -260,7 +262,7 @@ void MotionSearch::validate(const TileMap& tiles) noexcept {
                 unexplained += left > kUnexplained * variance && !tiles.is_still(tile_x, tile_y);
             }
             // A match that leaves most of the texture unexplained is none: there is worse than showing what was there.
-            if (left > kMustExplain * still + kNoise || (variance > kTextured && left > kNoMatch * variance)) {
+            if (left > kMuchWorse * still + kNoise || (variance > kTextured && left > kNoMatch * variance)) {
                 const int cx1 = std::min(x1 << shift, f.width), cy1 = std::min(y1 << shift, f.height);
                 for (int y = by << shift; y < cy1; ++y)
                     for (int x = bx << shift; x < cx1; ++x) f.u[at(x, y, f.width)] = f.v[at(x, y, f.width)] = 0;

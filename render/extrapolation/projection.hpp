@@ -39,6 +39,8 @@ public:
     [[nodiscard]] const Field* far_displacement() const noexcept { return has_far_ ? &far_ : nullptr; }
     // Per cell, with far_displacement: kBoth, kFirstOnly or kSecondOnly (of BlendRow).
     [[nodiscard]] const std::vector<std::uint8_t>& sources() const noexcept { return sources_; }
+    // Per cell, of run(): larger is nearer; negative: a hole.
+    [[nodiscard]] const float* front() const noexcept { return front_.data(); }
     [[nodiscard]] float filled_fraction() const noexcept { return filled_; }
     // False: nothing moves, every displacement is 0.
     [[nodiscard]] bool moves() const noexcept { return moves_; }

@@ -20,10 +20,10 @@ std::optional<Preset> preset_from_name(const char* name) noexcept {
 
 Tuning tuning_of(Preset preset) noexcept {
     switch (preset) {
-        case Preset::draft: return {.cell_px = 4, .iterations = 3, .passes = 1, .balance_rounds = 12, .stiffness = 35, .backward_level = -1, .smoothing_passes = 0, .cubic = true};
-        case Preset::fast: return {.cell_px = 2, .iterations = 2, .passes = 1, .balance_rounds = 8, .stiffness = 120, .backward_level = -1, .smoothing_passes = 1, .cubic = true};
-        case Preset::balanced: return {.cell_px = 2, .iterations = 4, .passes = 1, .balance_rounds = 14, .stiffness = 120, .backward_level = 0, .smoothing_passes = 2, .cubic = true};
-        case Preset::best: return {.cell_px = 2, .iterations = 16, .passes = 1, .balance_rounds = 32, .stiffness = 300, .backward_level = 0, .smoothing_passes = 2, .cubic = true};
+        case Preset::draft: return {.cell_px = 2, .iterations = 1, .passes = 3, .balance_rounds = 4, .stiffness = 120, .backward_level = -1, .smoothing_passes = 0, .cubic = true};
+        case Preset::fast: return {.cell_px = 2, .iterations = 1, .passes = 3, .balance_rounds = 10, .stiffness = 120, .backward_level = -1, .smoothing_passes = 1, .cubic = true};
+        case Preset::balanced: return {.cell_px = 2, .iterations = 1, .passes = 3, .balance_rounds = 14, .stiffness = 120, .backward_level = 1, .smoothing_passes = 1, .cubic = true};
+        case Preset::best: return {.cell_px = 2, .iterations = 2, .passes = 3, .balance_rounds = 24, .stiffness = 120, .backward_level = 0, .smoothing_passes = 1, .cubic = true};
     }
     return {};
 }

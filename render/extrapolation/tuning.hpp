@@ -8,7 +8,8 @@ namespace fovea::render::extrapolation {
 struct Tuning {
     int cell_px = 4;             // edge of the pixels of the finest luma level, and of the cells of the motion field: 2, 4 or 8
     int iterations = 8;          // most steps of the search per patch and level
-    int passes = 1;              // 2: a second pass over the patches from the other corner spreads good motion the other way
+    int passes = 1;              // over the patches of a level but the finest, which gets one; every second one goes from the other
+                                 // corner, and spreads good motion the other way
     int balance_rounds = 8;      // how often the patches of a level exchange what they know
     float stiffness = 200;       // how much neighbours count: see BalanceJob
     int backward_level = -1;     // the search is repeated from src1 to src2 down to this level, to check; -1: never
