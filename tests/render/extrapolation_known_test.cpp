@@ -1,28 +1,18 @@
 #include <gtest/gtest.h>
 
-#include <limits>
-
-#include "render/extrapolation/extrapolation.hpp"
 #include "render/extrapolation/projection.hpp"
-#include "tests/render/extrapolation_pictures.hpp"
+#include "tests/render/extrapolation_engine.hpp"
 
 using namespace fovea::render::extrapolation;
+using fovea::test::engine;
+using fovea::test::kInf;
+using fovea::test::kNan;
 using fovea::test::moved_noise;
 using fovea::test::Picture;
 using fovea::test::psnr;
+using fovea::test::run;
 
 namespace {
-
-constexpr float kInf = std::numeric_limits<float>::infinity(), kNan = std::numeric_limits<float>::quiet_NaN();
-
-Extrapolator engine(Preset preset = Preset::balanced, int threads = 1, bool vector_code = true) {
-    auto e = Extrapolator::create({.preset = preset, .threads = threads, .vector_code = vector_code});
-    EXPECT_TRUE(e.has_value());
-    return std::move(*e);
-}
-Outcome run(Extrapolator& e, const Picture& a, const Picture& b, Picture& out, float factor, const Hints& hints = {}) {
-    return e.extrapolate(a.view(), b.view(), out.target(), factor, hints);
-}
 
 // A buffer of motion and depth, one entry per pixel: a still background at depth 10.
 struct Known {
