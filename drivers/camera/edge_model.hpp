@@ -15,8 +15,8 @@
 #include <span>
 #include <vector>
 
+#include "drivers/camera/ellipse_fit.hpp"
 #include "drivers/camera/image.hpp"
-#include "drivers/camera/pupil_detector.hpp"
 
 namespace fovea::drivers::camera {
 
@@ -26,10 +26,6 @@ struct EdgeFit {
     double edge_px = 0;               // standard deviation of the edge's blur
     double spread = 0;                // of the residuals that count, grey levels
     double explained = 0;             // 0 to 1: mean weight of the band's pixels
-};
-
-struct EdgePoint {
-    double x = 0, y = 0;
 };
 
 class EdgeModel {
