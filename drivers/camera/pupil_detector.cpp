@@ -183,6 +183,7 @@ struct PupilDetector::State {
         for (double r = r_min / sx; r <= 1.01 * r_max / sx && candidate_count < kMaxCandidates; r *= 1.3) {
             const int half = std::max(1, static_cast<int>(std::lround(0.8 * r)));   // the square of a disc's area, about
             if (half == last_half) continue;
+            if (2 * half + 3 > std::min(small.cols, small.rows)) break;   // nothing of the picture is left around it
             last_half = half;
             const Coarse found = darkest_square(half, std::max(half + 1, static_cast<int>(std::lround(1.6 * r))), sx, sy);
             if (found.radius == 0) continue;

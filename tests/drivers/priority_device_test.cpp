@@ -15,7 +15,7 @@ namespace {
 
 // A tracker that gives a sample every 5 ms of the test's clock, while it is plugged in.
 struct Plug {
-    bool in = true, valid = true;
+    bool in = true, valid = true, silent = false;
     int opens = 0, closes = 0;
 };
 
@@ -34,6 +34,7 @@ public:
             ++losses_;
             return PollStatus::lost;
         }
+        if (plug_.silent) due_ = std::max(due_, deadline + 5ms);
         if (due_ > deadline) {
             if (time_.now() < deadline) time_.set(deadline);   // the wait
             return PollStatus::nothing;
@@ -139,6 +140,28 @@ TEST(PriorityDevice, DoesNotReturnToATrackerThatSeesNoEyeOrComesAndGoes) {
     }
     EXPECT_EQ(t.active(), "spare");
     EXPECT_EQ(t.device->counters().switches, 0u);
+}
+
+TEST(PriorityDevice, DoesNotReturnToATrackerThatSaysNothingBetweenItsSamples) {
+    Two t;
+    t.good.in = false;
+    ASSERT_TRUE(t.device->open());
+    t.good.in = true;
+    t.run(4s);   // it is open again, and valid
+    ASSERT_EQ(t.active(), "good");
+    t.good.in = false;
+    t.run(1s);
+    t.good.in = true;
+    for (int i = 0; i < 20; ++i) {   // valid whenever it speaks, but never for a second on end
+        t.good.silent = false;
+        t.run(300ms);
+        t.good.silent = true;
+        t.run(700ms);
+    }
+    EXPECT_EQ(t.active(), "spare");
+    t.good.silent = false;
+    t.run(2s);
+    EXPECT_EQ(t.active(), "good");
 }
 
 TEST(PriorityDevice, IsLostOnlyWhenAllAreAndOpensAgain) {

@@ -13,7 +13,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     fovea::fuzz::Input in(data, size);
     PupilSettings settings;
     settings.preset = static_cast<PupilPreset>(in.take<std::uint8_t>() % 4);
-    const int width = 24 + in.take<std::uint8_t>() % 96, height = 24 + in.take<std::uint8_t>() % 96;
+    const int width = 24 + in.take<std::uint8_t>() % 48, height = 24 + in.take<std::uint8_t>() % 48;
     settings.min_radius_px = in.take<std::uint8_t>() / 4.0;
     settings.max_radius_px = in.take<std::uint8_t>() / 2.0;
     const auto stretch = in.take<std::uint8_t>();
