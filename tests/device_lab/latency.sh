@@ -11,26 +11,35 @@ share() { # share PID SECONDS: of a core, in percent
     awk -v ms=$(($(daemon_cpu_ms "$1") - before)) -v s="$2" 'BEGIN {printf "%.2f", ms / s / 10}'
 }
 
-# row KIND ROUNDS SKIP FLOOR_COMMAND -- SETTING...: a line of the table. Floor and daemon take turns, so that a busy host
-# slows both.
-row() {
-    local kind=$1 rounds=$2 skip=$3 floor=$4 round
-    shift 5
-    rm -f /run/lab/floor.latency /run/lab/published.latency
-    for ((round = 0; round < rounds; round++)); do
-        $floor >>/run/lab/floor.latency
-        start_daemon "$@" filter.name=none
-        await 20 sh -c '"$LAB_BIN/fovea" status --run-dir /run/lab/fovea | grep -q running' || bad "latency: $kind streams"
-        sleep "${seconds:-4}"
-        stop_daemon "latency, $kind"
-        ${lab}probe published /run/lab/session.fovea --skip "$skip" >>/run/lab/published.latency
-    done
+# published SECONDS SKIP SETTING...: the latencies of a daemon that runs so long, one line more in published.latency.
+published() {
+    local seconds=$1 skip=$2
+    shift 2
+    start_daemon "$@" filter.name=none
+    await 20 sh -c '"$LAB_BIN/fovea" status --run-dir /run/lab/fovea | grep -q running' || bad "latency: $1 streams"
+    sleep "$seconds"
+    stop_daemon "latency, $*"
+    ${lab}probe published /run/lab/session.fovea --skip "$skip" >>/run/lab/published.latency
+}
+# line KIND: a line of the table, of what floor.latency and published.latency say.
+line() {
     local f50 f99 p50 p99
     f50=$(middle /run/lab/floor.latency p50) f99=$(middle /run/lab/floor.latency p99)
     p50=$(middle /run/lab/published.latency p50) p99=$(middle /run/lab/published.latency p99)
-    printf 'MEASURED %-38s %8s %8s %10s %10s %6s\n' "$kind" "$f50" "$f99" "$p50" "$p99" "$(ratio "$p50" "$f50")" >>/run/lab/table
+    printf 'MEASURED %-38s %8s %8s %10s %10s %6s\n' "$1" "$f50" "$f99" "$p50" "$p99" "$(ratio "$p50" "$f50")" >>/run/lab/table
     [ "${p50:-0}" -gt 0 ] && [ "${f50:-0}" -gt 0 ]
-    check $? "latency: $kind was measured"
+    check $? "latency: $1 was measured"
+}
+# row KIND ROUNDS SECONDS SKIP FLOOR_COMMAND -- SETTING...: floor and daemon take turns, so that a busy host slows both.
+row() {
+    local kind=$1 rounds=$2 seconds=$3 skip=$4 floor=$5 round
+    shift 6
+    rm -f /run/lab/floor.latency /run/lab/published.latency
+    for ((round = 0; round < rounds; round++)); do
+        $floor >>/run/lab/floor.latency
+        published "$seconds" "$skip" "$@"
+    done
+    line "$kind"
 }
 
 case_latency() {
@@ -41,21 +50,21 @@ case_latency() {
     ${lab}uhid_tracker --rate 250 --stamps monotonic --recording $recording >/run/lab/tracker.log &
     tracker=$!
     await 5 ls /dev/hidraw0
-    row "HID, 250 Hz" 3 100 "${lab}probe floor-hid /dev/hidraw0 --count 600" -- source.driver=hid
+    row "HID, 250 Hz" 3 2.5 100 "${lab}probe floor-hid /dev/hidraw0 --count 500" -- source.driver=hid
     step "latency: share of the processor"
     local record="" ours floor probe
     start_daemon source.driver=hid
-    sleep 2
-    ours=$(share $daemon 8)
+    sleep 1
+    ours=$(share $daemon 5)
     ${lab}probe floor-hid /dev/hidraw0 --count 100000 >/dev/null &
     probe=$!
-    sleep 1
-    floor=$(share $probe 6)
+    sleep 0.5
+    floor=$(share $probe 4)
     kill $probe
     end $tracker
-    sleep 2
+    sleep 1
     printf 'MEASURED processor at 250 Hz HID: fovead %s %% of a core, a bare read loop %s %%: %s times; with no device %s %% (emulated: %s)\n' "$ours" "$floor" "$(ratio "$ours" "$floor")" \
-        "$(share $daemon 8)" "10 to 15 times slower than the machine" >>/run/lab/table
+        "$(share $daemon 5)" "10 to 15 times slower than the machine" >>/run/lab/table
     stop_daemon "latency, no device"
     unset record
     local endpoint
@@ -65,19 +74,26 @@ case_latency() {
         headset=$!
         await 10 usb_there 0cde
         sleep 0.5
-        row "USB $endpoint, 120 Hz" 2 60 "${lab}probe floor-usb --count 300" -- source.driver=psvr2
+        row "USB $endpoint, 120 Hz" 2 3 60 "${lab}probe floor-usb --count 300" -- source.driver=psvr2
         end $headset
     done
+    # A 120 Hz camera as slowed down as the processor is: its readout takes 90 ms here, 7.5 ms there.
     step "latency: camera"
-    ${lab}uvc_camera --rate 5 --recording $recording >/run/lab/camera.log &
+    ${lab}uvc_camera --rate 10 --recording $recording >/run/lab/camera.log &
     camera=$!
     await 60 ls /dev/video0
-    seconds=8
-    row "camera, 192x192 (floor: read)" 1 4 "${lab}probe floor-camera /dev/video0 --count 36" -- source.driver=camera
-    row "camera, 192x192 (floor: read and detect)" 1 4 "${lab}probe floor-camera /dev/video0 --count 36 --detect yes" -- source.driver=camera
-    unset seconds
+    local preset
+    ${lab}probe floor-camera /dev/video0 --count 24 >/run/lab/read.latency
+    for preset in draft fast balanced best; do
+        rm -f /run/lab/published.latency
+        published 2.5 4 source.driver=camera source.preset=$preset
+        cp /run/lab/read.latency /run/lab/floor.latency
+        line "camera, $preset (floor: read)"
+        ${lab}probe floor-camera /dev/video0 --count 24 --detect $preset >/run/lab/floor.latency
+        line "camera, $preset (floor: read, detect)"
+    done
     end $camera
-    ${lab}probe stages >/run/lab/stages
+    ${lab}probe stages --count 600 >/run/lab/stages
     sed 's/^/MEASURED stage: /' /run/lab/stages
     cat /run/lab/table
 }

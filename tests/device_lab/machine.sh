@@ -117,7 +117,7 @@ INIT
     pack "$tree" "$ram_root" cat
 }
 
-environment() { # environment KIND CASE...: what guest.sh is told
+environment() { # environment KIND [CASE]: what guest.sh is told; without a case it takes them from the queue
     local kind=$1
     shift
     cat <<TXT
@@ -149,7 +149,7 @@ find_accelerator() {
     if grep -q "lab: here" "$console" 2>/dev/null; then accel=kvm; else echo "device lab: /dev/kvm is there but of no use; emulating"; fi
 }
 
-# boot DIR CASE...: one virtual machine; leaves up, cases, log, dmesg, console.log, qemu.log in DIR. One that does not get as
+# boot DIR QUEUE|suspend: one virtual machine, for the cases of a queue or for the one; leaves up, cases, log, dmesg, console.log, qemu.log in DIR. One that does not get as
 # far as its first program gets a second chance.
 boot() {
     boot_once "$@"
@@ -171,10 +171,11 @@ boot_once() {
         machine+=(-serial "file:$dir/console.log" -serial "file:$dir/report")
     else
         cp "$here/guest.sh" "$dir/guest.sh"
-        environment host "$@" >"$dir/env"
+        environment host >"$dir/env"
         machine+=(-serial "file:$dir/console.log" -device virtio-rng-pci
             -fsdev local,id=root,path=/,security_model=none,readonly=on,multidevs=remap -device virtio-9p-pci,fsdev=root,mount_tag=hostroot
-            -fsdev local,id=out,path="$dir",security_model=none,multidevs=remap -device virtio-9p-pci,fsdev=out,mount_tag=out)
+            -fsdev local,id=out,path="$dir",security_model=none,multidevs=remap -device virtio-9p-pci,fsdev=out,mount_tag=out
+            -fsdev local,id=queue,path="$1",security_model=none,multidevs=remap -device virtio-9p-pci,fsdev=queue,mount_tag=queue)
     fi
     timeout -k 5 "$seconds" qemu-system-x86_64 "${machine[@]}" -smp 1 -m "$memory" -M pc -nodefaults -display none -no-reboot \
         -kernel "$cache/root/boot/vmlinuz-$kernel" -initrd "$first" \

@@ -2,7 +2,7 @@
 //   probe watch DRIVER [--set k=v ...]   a device from the table, reopened when lost; counts, leaks, latencies
 //   probe floor-hid NODE --count N       the bare read loop on the same kind of device
 //   probe floor-usb --count N            a bare bulk or interrupt read loop on the headset's gaze endpoint
-//   probe floor-camera NODE --count N    the same on a camera; --detect yes: and finds the pupil
+//   probe floor-camera NODE --count N    the same on a camera; --detect PRESET: and finds the pupil
 //   probe published SESSION [--skip N]   from the device's stamp to the published model, of a daemon's recording
 //   probe stages                         from the report's bytes to the published model: microseconds of each stage
 //   probe session TRUTH SESSION          the same for the published models (filter none); and the latency to publishing
@@ -21,6 +21,7 @@
 #include <cstring>
 #include <dirent.h>
 #include <fcntl.h>
+#include <malloc.h>
 #include <map>
 #include <optional>
 #include <poll.h>
@@ -67,13 +68,19 @@ int open_files() {
     return n;
 }
 
-long resident_kib() {
-    long total = 0, resident = 0;
-    if (std::FILE* f = std::fopen("/proc/self/statm", "r")) {
-        if (std::fscanf(f, "%ld %ld", &total, &resident) != 2) resident = 0;
+// What a leak makes grow: bytes of the heap in use, and mappings. Not the resident set, which the kernel counts in batches per
+// thread and lets huge pages swell by hundreds of kilobytes at a time.
+long heap_bytes() {
+    const struct mallinfo2 m = ::mallinfo2();
+    return static_cast<long>(m.uordblks + m.hblkhd);
+}
+long mappings() {
+    long n = 0;
+    if (std::FILE* f = std::fopen("/proc/self/maps", "r")) {
+        for (int c = std::fgetc(f); c != EOF; c = std::fgetc(f)) n += c == '\n' ? 1 : 0;
         std::fclose(f);
     }
-    return resident * (::sysconf(_SC_PAGESIZE) / 1024);
+    return n;
 }
 
 int watch(const std::string& driver, int argc, char** argv) {
@@ -97,7 +104,7 @@ int watch(const std::string& driver, int argc, char** argv) {
     us.reserve(1 << 16);
     long samples = 0, valid = 0, opens = 0;
     int files_early = 0;
-    long kib_early = 0, kib_middle = 0;
+    long heap_middle = 0, mappings_middle = 0;
     std::string last_error;
     const long switches_wanted = args.number("--switches", 0);
     std::uint64_t switches = 0;
@@ -128,19 +135,19 @@ int watch(const std::string& driver, int argc, char** argv) {
             if (stop || time.now() >= end || (count > 0 && samples >= count)) break;
         }
         device->close();
-        if (opens == 3) {
-            files_early = open_files();
-            kib_early = resident_kib();
+        if (opens == 3) files_early = open_files();
+        if (opens == 25) {
+            heap_middle = heap_bytes();
+            mappings_middle = mappings();
         }
-        if (opens == 25) kib_middle = resident_kib();
     }
     const auto c = device->counters();
     std::printf("watch samples=%ld valid=%ld opens=%ld losses=%llu malformed=%llu dropped=%llu switches=%llu last_loss='%s'\n",
                 samples, valid, opens, static_cast<unsigned long long>(c.losses), static_cast<unsigned long long>(c.malformed),
                 static_cast<unsigned long long>(c.dropped), static_cast<unsigned long long>(c.switches), c.last_loss);
     if (files_early > 0)
-        std::printf("watch files=%d files_at_third_open=%d growth_kib=%ld later_growth_kib=%ld\n", open_files(), files_early, resident_kib() - kib_early,
-                    kib_middle > 0 ? resident_kib() - kib_middle : 0);
+        std::printf("watch files=%d files_at_third_open=%d heap_grown_bytes=%ld mappings_grown=%ld\n", open_files(), files_early,
+                    heap_middle > 0 ? heap_bytes() - heap_middle : 0, heap_middle > 0 ? mappings() - mappings_middle : 0);
     print_latencies("watch", std::move(us));
     rusage u{};
     ::getrusage(RUSAGE_SELF, &u);

@@ -12,16 +12,17 @@
 
 namespace fovea::lab {
 
-// With --detect yes the pupil is looked for, as the camera driver does by default: what no reader of pupils can do without.
+// With --detect PRESET the pupil is looked for, as the camera driver does: what no reader of pupils can do without.
 int floor_camera(const std::string& node, int argc, char** argv) {
     const Arguments args(argc, argv, {"--count", "--detect"});
-    const bool detect = args.text("--detect", "no") == "yes";
+    const std::string preset = args.text("--detect", "");
+    const bool detect = !preset.empty();
     drivers::camera::V4l2Stream stream;
     drivers::camera::StreamSettings settings;
     settings.path = node;
     settings.format = "GREY";
     if (auto opened = stream.open(settings); !opened) die(opened.error().message());
-    drivers::camera::PupilDetector detector{drivers::camera::PupilSettings{}};
+    drivers::camera::PupilDetector detector{drivers::camera::PupilSettings{.preset = drivers::camera::preset_from(preset)}};
     std::vector<double> us;
     const Instant end = MonotonicClock::now() + std::chrono::seconds(60);
     for (long n = args.number("--count", 50); n > 0 && MonotonicClock::now() < end;) {

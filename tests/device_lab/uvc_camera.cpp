@@ -4,9 +4,13 @@
 //                      shown: start_ns,end_ns (monotonic clock),x,y,z
 //   --mounted askew    the camera is not where the driver takes it to be: shifted, closer, rolled by 5 degrees
 //   --silent-after N   stays plugged in and shows nothing more after N pictures
+//   --readout PERCENT  of the time from one picture to the next goes by from a picture's first payload to its last, as the
+//                      lines of a sensor are read out and sent one after the other; default 90. (uvcvideo stamps a
+//                      picture with the arrival of the first.)
 //
 // Source: Universal Serial Bus Device Class Definition for Video Devices 1.1; payloads: Uncompressed,
 // section 2.2; MJPEG, section 3.
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
@@ -26,7 +30,7 @@ namespace {
 
 volatile std::sig_atomic_t stop = 0;
 constexpr std::uint8_t kEndpoint = 0x81;
-constexpr std::size_t kPayload = 16384;
+constexpr std::size_t kPayload = 4096;
 
 void put16(std::vector<std::uint8_t>& b, std::size_t at, std::size_t v) {
     b[at] = static_cast<std::uint8_t>(v);
@@ -123,7 +127,7 @@ std::vector<FeedSample> nine_targets() {
 
 int main(int argc, char** argv) {
     const Arguments args(argc, argv, {"--recording", "--rate", "--frames", "--cycles", "--truth", "--port", "--side", "--pictures", "--format", "--targets",
-                                      "--mounted", "--silent-after"});
+                                      "--mounted", "--silent-after", "--readout"});
     const bool jpeg = args.text("--format", "GREY") == "MJPG";
     std::setvbuf(stdout, nullptr, _IOLBF, 0);
     std::signal(SIGTERM, [](int) { stop = 1; });
@@ -175,6 +179,7 @@ int main(int argc, char** argv) {
             return probe;
         };
         const Duration period{1'000'000'000 / fps};
+        const Duration readout = period * std::clamp(args.number("--readout", 90), 0L, 95L) / 100;
         Instant due = MonotonicClock::now();
         std::uint8_t toggle = 0;
         for (long n = 0; !stop && (frames == 0 || n < frames);) {
@@ -195,6 +200,9 @@ int main(int argc, char** argv) {
                     if (!device.serve(MonotonicClock::now() + std::chrono::milliseconds(1))) break;
                 if (device.waiting(kEndpoint) == 0) break;
                 const std::size_t take = std::min(picture.size() - at, std::min(kPayload, device.room(kEndpoint)) - 2);
+                // Sent when its last line has been read.
+                const auto read_out = static_cast<double>(at + take) / static_cast<double>(picture.size()) * static_cast<double>(readout.count());
+                if (!device.serve(begun + Duration{static_cast<std::int64_t>(read_out)}) || device.waiting(kEndpoint) == 0) break;
                 const bool last = at + take == picture.size();
                 std::vector<std::uint8_t> payload = {2, static_cast<std::uint8_t>(0x80 | toggle | (last ? 2 : 0))};
                 payload.insert(payload.end(), picture.begin() + static_cast<std::ptrdiff_t>(at), picture.begin() + static_cast<std::ptrdiff_t>(at + take));
