@@ -9,6 +9,7 @@
 
 #include "replay/import/importer.hpp"
 #include "replay/import/text_table.hpp"
+#include "replay/output_file.hpp"
 #include "replay/session_file.hpp"
 #include "replay/session_schema.hpp"
 #include "replay/sqlite.hpp"
@@ -307,23 +308,20 @@ Result<Recording> load_session(const std::filesystem::path& path) {
 // Written beside the target and renamed at the end: a file that is to be overwritten goes only when the new one is whole.
 Result<void> write_session(const std::filesystem::path& path, const Recording& recording, bool overwrite) {
     std::error_code none;
-    if (std::filesystem::is_directory(path, none)) return fail("is a directory", path.string(), "choose another name");
     if (!overwrite && std::filesystem::exists(path, none))
         return fail("the file exists", path.string(), "choose another name, or allow overwriting");
-    const std::string part = path.string() + ".part";
+    auto part = PartFile::beside(path.string());
+    if (!part) return std::unexpected(part.error());
     SessionWriterOptions options;
     options.overwrite = true;
     options.when_full = SessionWriterOptions::WhenFull::wait;
-    auto writer = SessionWriter::create(part, options);
+    auto writer = SessionWriter::create(part->path(), options);
     if (!writer) return std::unexpected(writer.error());
     writer->set_info(recording.info);
     for (const RecordedSample& r : recording.samples) writer->add_sample(r.sample, r.label, r.truth_dir_head);
     for (const TargetShown& t : recording.targets) writer->add_target(t);
-    auto closed = writer->close();
-    if (closed && ::rename(part.c_str(), path.c_str()) != 0)
-        closed = fail_errno("cannot put the file in place", errno, path.string(), "choose another name");
-    if (!closed) ::unlink(part.c_str());
-    return closed;
+    if (auto closed = writer->close(); !closed) return closed;
+    return part->put_in_place();
 }
 
 bool recognise_session(std::string_view prefix) {

@@ -12,7 +12,7 @@
 #include "daemon/pipeline/validate.hpp"
 #include "replay/recording.hpp"
 #include "tools/commands.hpp"
-#include "tools/output_file.hpp"
+#include "replay/output_file.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -119,7 +119,7 @@ int run(const CalibrateOptions& o) {
         toml += c->to_toml(name);
     }
     if (refused || toml.empty()) return kBadInput;
-    if (auto ok = write_file(o.out, toml); !ok) return report(ok.error(), kFailed);
+    if (auto ok = replay::write_file(o.out, toml); !ok) return report(ok.error(), kFailed);
     return kSuccess;
 }
 

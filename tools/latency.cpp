@@ -13,7 +13,7 @@
 #include "replay/session_file.hpp"
 #include "tools/commands.hpp"
 #include "tools/latency_html.hpp"
-#include "tools/output_file.hpp"
+#include "replay/output_file.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -188,7 +188,7 @@ Result<std::string> read_file(const std::string& path) {
 
 Result<void> write_outputs(const LatencyToolOptions& o, const Loaded& l, const LatencyReport& r) {
     if (!o.csv.empty())
-        if (auto done = write_file(o.csv, per_frame_csv(r)); !done) return done;
+        if (auto done = replay::write_file(o.csv, per_frame_csv(r)); !done) return done;
     if (o.html.empty()) return {};
     auto frame = read_file(o.frame_png), levels = read_file(o.levels_png);
     if (!frame) return std::unexpected(frame.error());
@@ -196,7 +196,7 @@ Result<void> write_outputs(const LatencyToolOptions& o, const Loaded& l, const L
     ReportPage page{std::filesystem::path(o.session).filename().string(), {}, std::move(*frame), std::move(*levels)};
     for (const auto& [key, value] : l.meta) page.facts.emplace_back(key, value);
     for (const auto& c : l.counters) page.facts.emplace_back(c.name, fmt::format("{}", c.value));
-    return write_file(o.html, latency_html(r, page));
+    return replay::write_file(o.html, latency_html(r, page));
 }
 
 int run(const LatencyToolOptions& o) {

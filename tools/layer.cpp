@@ -16,7 +16,7 @@
 #include "tools/commands.hpp"
 #include "tools/layer_auto.hpp"
 #include "tools/layer_trace.hpp"
-#include "tools/output_file.hpp"
+#include "replay/output_file.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -130,7 +130,7 @@ int run(const LayerOptions& options) {
         for (const std::string& word : options.program) started += (started.empty() ? "" : " ") + word;
         const auto page = layer_trace_page(folder.path.string(), started);
         if (!page) return fail_with(page.error().message(), kFailed);
-        if (const auto written = write_file(options.trace_page, *page); !written) return fail_with(written.error().message(), kFailed);
+        if (const auto written = replay::write_file(options.trace_page, *page); !written) return fail_with(written.error().message(), kFailed);
     }
     return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }

@@ -1,7 +1,36 @@
 // `fovea`: the command line.
-#include <cstdio>
+#include <signal.h>
 
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+
+#include "replay/output_file.hpp"
 #include "tools/commands.hpp"
+
+namespace {
+
+// Half a file is not left behind; then the signal does what it does to any program. Commands with work of their own to
+// finish take the signals over.
+void clean_up_and_end(int signal) {
+    fovea::replay::remove_unfinished();
+    ::signal(signal, SIG_DFL);
+    ::raise(signal);
+}
+
+void clean_up_at_signals() {
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP})
+        if (::signal(signal, clean_up_and_end) == SIG_IGN) ::signal(signal, SIG_IGN);   // nohup
+}
+
+// A full disk under standard output shows only now.
+int flushed(int code) {
+    if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return code;
+    std::fprintf(stderr, "fovea: cannot write to standard output: %s\n", std::strerror(errno));
+    return code == fovea::tools::kSuccess ? int{fovea::tools::kFailed} : code;
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
     using namespace fovea::tools;
@@ -12,14 +41,15 @@ int main(int argc, char** argv) {
         "`fovea COMMAND --help` explains one command.");
     int exit_code = kSuccess;
     for (unsigned i = 0; i < kCommandCount; ++i) kCommands[i].add(app, &exit_code);
+    clean_up_at_signals();
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {
         const int code = app.exit(e);
-        return code == 0 ? kSuccess : kUsage;
+        return code == 0 ? flushed(kSuccess) : kUsage;
     } catch (const std::exception& e) {
         std::fprintf(stderr, "fovea: %s\n", e.what());
         return kFailed;
     }
-    return exit_code;
+    return flushed(exit_code);
 }

@@ -10,7 +10,7 @@
 #include "daemon/service/calibration_file.hpp"
 #include "replay/recording.hpp"
 #include "tools/commands.hpp"
-#include "tools/output_file.hpp"
+#include "replay/output_file.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -63,7 +63,7 @@ int run(const PredictOptions& o) {
     if (!line) return report(line.error(), o.calibration.empty() ? kUsage : kBadInput);
     auto recording = replay::load_recording(o.in);
     if (!recording) return report(recording.error(), kBadInput);
-    auto out = OutputFile::create(o.csv);
+    auto out = replay::OutputFile::create(o.csv);
     if (!out) return report(out.error(), kFailed);
     std::string text = "t_ns,valid,event,x_deg,y_deg,pred_t_ns,pred_x_deg,pred_y_deg,sigma_deg,onset_seen\n";
     for (const auto& r : recording->samples) {

@@ -11,7 +11,7 @@
 #include "replay/recording.hpp"
 #include "tools/commands.hpp"
 #include "tools/model_csv.hpp"
-#include "tools/output_file.hpp"
+#include "replay/output_file.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -46,7 +46,7 @@ int run(const ReplayOptions& o) {
     auto recording = replay::load_recording(o.in);
     if (!recording) return report(recording.error(), kBadInput);
 
-    auto out = OutputFile::create(o.csv);
+    auto out = replay::OutputFile::create(o.csv);
     if (!out) return report(out.error(), kFailed);
     std::string text = model_csv_header();
     std::uint64_t sequence = 0;

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "drivers/synthetic/synthetic_eye.hpp"
+#include "replay/output_file.hpp"
 #include "replay/session_file.hpp"
 #include "tools/commands.hpp"
 
@@ -98,13 +99,11 @@ int run(const SynthOptions& o) {
     if (!(scenario->duration_s > 0)) return report({"the scenario has no end", o.scenario, "say --duration-s"}, kUsage);
     std::error_code none;
     if (!o.force && std::filesystem::exists(o.out, none)) return report({"the file exists", o.out, "choose another name, or say --force"}, kFailed);
-    if (std::filesystem::is_directory(o.out, none)) return report({"is a directory", o.out, "choose another name"}, kFailed);
-    const std::string part = o.out + ".part";
-    const auto written = write(o, *scenario, part);
-    if (!written || std::rename(part.c_str(), o.out.c_str()) != 0) {
-        std::filesystem::remove(part, none);
-        return report(written ? Error{"cannot put the file in place", o.out, "choose another name"} : written.error(), kFailed);
-    }
+    auto part = replay::PartFile::beside(o.out);
+    if (!part) return report(part.error(), kFailed);
+    const auto written = write(o, *scenario, part->path());
+    if (!written) return report(written.error(), kFailed);
+    if (auto ok = part->put_in_place(); !ok) return report(ok.error(), kFailed);
     std::string effects;
     for (std::size_t i = 0; i < drivers::synthetic::kEffectCount; ++i)
         if (const auto e = static_cast<drivers::synthetic::Effect>(i); has(*scenario, e)) effects += fmt::format("{}{}", effects.empty() ? "" : ", ", to_string(e));

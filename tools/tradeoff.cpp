@@ -9,7 +9,7 @@
 
 #include "daemon/pipeline/settings_table.hpp"
 #include "tools/commands.hpp"
-#include "tools/output_file.hpp"
+#include "replay/output_file.hpp"
 #include "tools/tradeoff_gaze.hpp"
 #include "tools/tradeoff_pupil.hpp"
 
@@ -50,9 +50,9 @@ int run(const Options& o, const char* subject, TradeoffResult (*judge)(const Tra
     std::string csv;
     for (const auto& t : result.tables) csv += to_csv(t);
     if (!o.csv.empty())
-        if (auto ok = write_file(o.csv, csv); !ok) return report(ok.error(), kFailed);
+        if (auto ok = replay::write_file(o.csv, csv); !ok) return report(ok.error(), kFailed);
     if (!o.html.empty())
-        if (auto ok = write_file(o.html, to_html(fmt::format("Fovea: {} against cost", subject), result.tables, result.plots)); !ok)
+        if (auto ok = replay::write_file(o.html, to_html(fmt::format("Fovea: {} against cost", subject), result.tables, result.plots)); !ok)
             return report(ok.error(), kFailed);
     const double budget = o.budget_ns >= 0 ? o.budget_ns : o.budget_us * 1e3;
     if (budget >= 0) {
@@ -60,7 +60,7 @@ int run(const Options& o, const char* subject, TradeoffResult (*judge)(const Tra
         if (!best) return report({fmt::format("nothing costs {:.0f} ns or less", budget), "", "allow more with --budget-us"}, kFailed);
         fmt::print(stderr, "within {:.0f} ns per sample: {} ({:.0f} ns, {} {:.3f})\n", budget, best->method, best->cost_ns, result.tables.front().error_name, best->error);
         if (o.toml.empty()) fmt::print(stderr, "{}", best->toml);
-        else if (auto ok = write_file(o.toml, best->toml); !ok) return report(ok.error(), kFailed);
+        else if (auto ok = replay::write_file(o.toml, best->toml); !ok) return report(ok.error(), kFailed);
     }
     return kSuccess;
 }

@@ -13,7 +13,7 @@
 #include "tools/embedded_png.hpp"
 #include "tools/extrapolation_methods.hpp"
 #include "tools/image_quality.hpp"
-#include "tools/output_file.hpp"
+#include "replay/output_file.hpp"
 
 namespace fovea::tools {
 
@@ -229,9 +229,9 @@ int run(const Options& o) {
     mark_frontier(rows);
     fmt::print("{}", o.json ? to_json(rows, cases, o) : to_text(rows, cases));
     if (!o.csv.empty())
-        if (auto ok = write_file(o.csv, to_csv(rows, cases)); !ok) return fail_with(ok.error(), kFailed);
+        if (auto ok = replay::write_file(o.csv, to_csv(rows, cases)); !ok) return fail_with(ok.error(), kFailed);
     if (!o.html.empty())
-        if (auto ok = write_file(o.html, to_html(rows, cases, crops, o)); !ok) return fail_with(ok.error(), kFailed);
+        if (auto ok = replay::write_file(o.html, to_html(rows, cases, crops, o)); !ok) return fail_with(ok.error(), kFailed);
     if (o.budget_ms >= 0) {
         const Row* best = nullptr;
         for (const Row& r : rows)

@@ -12,7 +12,7 @@
 #include "render/scene/scene.hpp"
 #include "tools/commands.hpp"
 #include "tools/foveation_judge.hpp"
-#include "tools/output_file.hpp"
+#include "replay/output_file.hpp"
 #include "tools/tradeoff_report.hpp"
 
 namespace fovea::tools {
@@ -97,9 +97,9 @@ int write_outputs(const Options& o, const std::vector<TradeoffTable>& tables) {
     else
         for (const auto& t : tables) fmt::print("{}\n", to_text(t));
     if (!o.csv.empty())
-        if (auto ok = write_file(o.csv, csv); !ok) return report(ok.error(), kFailed);
+        if (auto ok = replay::write_file(o.csv, csv); !ok) return report(ok.error(), kFailed);
     if (!o.html.empty())
-        if (auto ok = write_file(o.html, to_html("Fovea: foveation methods, error against time", tables, plots)); !ok) return report(ok.error(), kFailed);
+        if (auto ok = replay::write_file(o.html, to_html("Fovea: foveation methods, error against time", tables, plots)); !ok) return report(ok.error(), kFailed);
     return kSuccess;
 }
 
@@ -128,7 +128,7 @@ int choose(const Options& o, const std::vector<Judged>& all, const std::vector<q
     for (const Judged& j : all) scenes += " " + j.scene;
     const std::string head = fmt::format("# fovea tradeoff foveation --scenes{} --size {} --frames {}\n# {}; costs by {} time\n", scenes, o.judge.size_px, o.judge.frames, renderer,
                                          processor ? "processor" : "wall");
-    if (auto ok = write_file(o.toml, head + to_toml(*ladder)); !ok) return report(ok.error(), kFailed);
+    if (auto ok = replay::write_file(o.toml, head + to_toml(*ladder)); !ok) return report(ok.error(), kFailed);
     return kSuccess;
 }
 

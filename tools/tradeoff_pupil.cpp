@@ -14,7 +14,7 @@
 
 #include "drivers/camera/pupil_detector.hpp"
 #include "drivers/synthetic/eye_image.hpp"
-#include "tools/output_file.hpp"
+#include "replay/output_file.hpp"
 #include "tools/pupil_baselines.hpp"
 
 namespace fovea::tools {
@@ -204,7 +204,7 @@ int run(const Options& o) {
     }
     if (o.json) fmt::print("{}\n", json.dump(1));
     if (!o.csv.empty())
-        if (auto ok = write_file(o.csv, csv); !ok) {
+        if (auto ok = replay::write_file(o.csv, csv); !ok) {
             fmt::print(stderr, "fovea tradeoff pupil: {}\n", ok.error().message());
             return kFailed;
         }

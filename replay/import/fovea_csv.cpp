@@ -1,10 +1,6 @@
 #include "replay/import/fovea_csv.hpp"
 
-#include <fcntl.h>
-#include <unistd.h>
-
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -13,6 +9,7 @@
 #include "protocol/sphere.hpp"
 #include "replay/import/importer.hpp"
 #include "replay/import/text_table.hpp"
+#include "replay/output_file.hpp"
 
 namespace fovea::replay {
 namespace {
@@ -313,22 +310,6 @@ void write_eye(Text& t, const EyeState& eye, const Needed::Eye& n, int decimals)
     if (n.confidence) t.next(), t.real(eye.confidence);
 }
 
-Result<void> write_whole_file(const std::filesystem::path& path, std::string_view text) {
-    const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-    if (file < 0)
-        return fail_errno("cannot write", errno, path.string(), "choose a directory that exists and is writable");
-    int code = 0;
-    while (!text.empty() && code == 0) {
-        const ssize_t n = ::write(file, text.data(), text.size());
-        if (n > 0) text.remove_prefix(static_cast<std::size_t>(n));
-        else if (n < 0 && errno != EINTR) code = errno;
-    }
-    if (::close(file) != 0 && code == 0) code = errno;
-    if (code == 0) return {};
-    ::unlink(path.c_str());
-    return fail_errno("cannot write", code, path.string(), "free some space, or write to another disk");
-}
-
 }  // namespace
 
 bool recognise_fovea_csv(std::string_view prefix) {
@@ -425,14 +406,7 @@ Result<void> write_csv(const std::filesystem::path& path, const Recording& recor
     std::error_code ignored;
     if (!options.overwrite && std::filesystem::exists(path, ignored))
         return fail("the file exists", path.string(), "choose another name, or allow overwriting");
-    const std::filesystem::path part = path.string() + ".part";
-    if (auto written = write_whole_file(part, to_csv(recording, options)); !written) return written;
-    if (::rename(part.c_str(), path.c_str()) != 0) {
-        const int code = errno;
-        ::unlink(part.c_str());
-        return fail_errno("cannot put the file in place", code, path.string(), "choose another name");
-    }
-    return {};
+    return write_file(path.string(), to_csv(recording, options));
 }
 
 }  // namespace fovea::replay

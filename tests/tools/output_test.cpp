@@ -1,0 +1,77 @@
+// What every command does with the files that it writes: whole or not there, and nothing replaced that is no file.
+#include <gmock/gmock.h>
+#include <signal.h>
+#include <sys/stat.h>
+
+#include <chrono>
+#include <thread>
+
+#include "tests/tools/command_runner.hpp"
+
+namespace fovea {
+namespace {
+
+using testing::HasSubstr;
+using Output = test::CommandTest;
+const std::string kVive = FOVEA_SOURCE_DIR "/tests/data/recordings/vive_pro_eye_360vr.csv";
+const std::string kScenario = FOVEA_SOURCE_DIR "/configs/scenarios/still.toml";
+
+bool is_fifo(const std::string& path) {
+    struct stat s {};
+    return ::lstat(path.c_str(), &s) == 0 && S_ISFIFO(s.st_mode);
+}
+
+TEST_F(Output, WritesIntoWhatIsNoFileInsteadOfReplacingIt) {
+    ASSERT_EQ(::mkfifo(file("pipe").c_str(), 0600), 0);
+    ASSERT_EQ(std::system(("timeout 30 cat " + file("pipe") + " >" + file("got") + " &").c_str()), 0);
+    EXPECT_EQ(fovea("predict " + kVive + " --csv " + file("pipe")).exit_code, 0);
+    EXPECT_TRUE(is_fifo(file("pipe")));
+}
+
+TEST_F(Output, RefusesToPutASessionWhereAPipeIs) {
+    ASSERT_EQ(::mkfifo(file("pipe.fovea").c_str(), 0600), 0);
+    for (const std::string& command : {"convert " + kVive, "synth --duration-s 1 " + kScenario}) {
+        const auto r = fovea(command + " " + file("pipe.fovea") + " --force");
+        EXPECT_EQ(r.exit_code, 1);
+        EXPECT_THAT(r.err, HasSubstr("is not a regular file"));
+        EXPECT_TRUE(is_fifo(file("pipe.fovea"))) << command;
+    }
+}
+
+TEST_F(Output, FollowsASymbolicLink) {
+    std::ofstream(file("real.csv")) << "old";
+    std::filesystem::create_symlink("real.csv", file("link.csv"));
+    ASSERT_EQ(fovea("predict " + kVive + " --csv " + file("link.csv")).exit_code, 0);
+    EXPECT_TRUE(std::filesystem::is_symlink(file("link.csv")));
+    EXPECT_THAT(bytes(file("real.csv")), HasSubstr("t_ns,valid"));
+}
+
+TEST_F(Output, AFullDiskUnderStandardOutputIsAFailure) {
+    for (const char* command : {"convert --list", "predict --help"}) {
+        const int status = std::system((std::string(FOVEA_BIN_DIR "/fovea ") + command + " >/dev/full 2>" + file("err")).c_str());
+        EXPECT_EQ(WEXITSTATUS(status), 1) << command;
+        EXPECT_THAT(bytes(file("err")), HasSubstr("No space left"));
+    }
+}
+
+TEST_F(Output, ASignalLeavesNoHalfFileBehind) {
+    const std::string out = file("models.csv");
+    const pid_t child = ::fork();
+    ASSERT_GE(child, 0);
+    if (child == 0) {
+        // Slow enough not to end by itself before the signal.
+        ::execl(FOVEA_BIN_DIR "/fovea", "fovea", "replay", kVive.c_str(), "--speed", "0.01", "--csv", out.c_str(), nullptr);
+        ::_exit(127);
+    }
+    const auto there = [&] { return std::filesystem::exists(out + ".part") || std::filesystem::exists(out + ".partial"); };
+    for (int i = 0; i < 3000 && !there(); ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    EXPECT_TRUE(there());
+    ::kill(child, SIGINT);
+    int status = 0;
+    ASSERT_EQ(::waitpid(child, &status, 0), child);
+    EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGINT);   // as a shell expects it of Ctrl-C
+    EXPECT_FALSE(there() || std::filesystem::exists(out));
+}
+
+}  // namespace
+}  // namespace fovea
