@@ -9,63 +9,66 @@
 namespace fovea::foveation {
 namespace {
 
-// GCC vectors: two pixels of four 16-bit channels, and the four pixels of bytes they are packed into.
+// GCC vectors: two pixels of four 16-bit channels, and the bytes they come from or are packed into.
 using Two = std::uint16_t __attribute__((vector_size(16)));
-using Four = std::uint16_t __attribute__((vector_size(32)));
+using Pixels2 = std::uint64_t __attribute__((vector_size(16)));
 using Bytes8 = std::uint8_t __attribute__((vector_size(8)));
 using Bytes16 = std::uint8_t __attribute__((vector_size(16)));
-using Pixel = std::uint16_t __attribute__((vector_size(8)));
 
-Pixel load(const std::uint16_t* p) noexcept {
-    Pixel v;
-    std::memcpy(&v, p, sizeof v);
-    return v;
+Two twice(const std::uint16_t* p) noexcept {
+    std::uint64_t pixel;
+    std::memcpy(&pixel, p, sizeof pixel);
+    return reinterpret_cast<Two>(Pixels2{pixel, pixel});
 }
-Two twice(Pixel p) noexcept { return __builtin_shufflevector(p, p, 0, 1, 2, 3, 0, 1, 2, 3); }
-constexpr Two weights(unsigned a, unsigned b) noexcept {
-    const auto x = static_cast<std::uint16_t>(a), y = static_cast<std::uint16_t>(b);
-    return Two{x, x, x, x, y, y, y, y};
-}
+// A weight for each of the two pixels.
+template <std::uint16_t A, std::uint16_t B>
+constexpr Two kWeights = {A, A, A, A, B, B, B, B};
 
 // Blends two rows, weights w0 + w1 = 2 << y_shift.
-void blend_rows(const std::uint8_t* a, const std::uint8_t* b, unsigned w0, unsigned w1, std::size_t n, std::uint16_t* out) noexcept {
-    for (std::size_t i = 0; i < n; ++i) out[i] = static_cast<std::uint16_t>(a[i] * w0 + b[i] * w1);
+void blend_rows(const std::uint8_t* a, const std::uint8_t* b, std::uint16_t w0, std::uint16_t w1, std::size_t n, std::uint16_t* out) noexcept {
+    std::size_t i = 0;
+    for (; i + 16 <= n; i += 16) {
+        Bytes16 x, y;
+        std::memcpy(&x, a + i, 16);
+        std::memcpy(&y, b + i, 16);
+        const auto low = [](Bytes16 v) noexcept {
+            return reinterpret_cast<Two>(__builtin_shufflevector(v, Bytes16{}, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23));
+        };
+        const auto high = [](Bytes16 v) noexcept {
+            return reinterpret_cast<Two>(__builtin_shufflevector(v, Bytes16{}, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15, 31));
+        };
+        const Two first = low(x) * w0 + low(y) * w1, second = high(x) * w0 + high(y) * w1;
+        std::memcpy(out + i, &first, 16);
+        std::memcpy(out + i + 8, &second, 16);
+    }
+    for (; i < n; ++i) out[i] = static_cast<std::uint16_t>(a[i] * w0 + b[i] * w1);
 }
 
-// One enlarged row. `row` has one texel before and one after the `texels` that are enlarged.
+// One enlarged row. `row` has one texel before and one after the `texels` that are enlarged. Output k of a texel lies at
+// (k + 1/2) / factor - 1/2 texels from its middle: the first half between it and the one before, the others and the one after.
 template <int Shift>
 void enlarge_row(const std::uint16_t* row, std::size_t texels, int total, std::uint8_t* out) noexcept {
-    constexpr unsigned kFactor = 1u << Shift, kSum = 2 * kFactor;
-    const auto half = static_cast<std::uint16_t>(1u << (total - 1));
-    const auto total_shift = static_cast<std::uint16_t>(total);
-    const Four round = Four{} + half;
-    Two before = twice(load(row)), here = twice(load(row + 4));
+    const Two round = Two{} + static_cast<std::uint16_t>(1u << (total - 1));
+    const auto shift = static_cast<std::uint16_t>(total);
+    Two before = twice(row), here = twice(row + 4);
     for (std::size_t i = 0; i < texels; ++i) {
-        const Two after = twice(load(row + 8 + 4 * i));
+        const Two after = twice(row + 8 + 4 * i);
+        const auto put = [&](std::size_t pixel, Two sum) noexcept {   // two pixels
+            const Bytes8 bytes = __builtin_convertvector((sum + round) >> shift, Bytes8);
+            std::memcpy(out + 4 * pixel, &bytes, sizeof bytes);
+        };
         if constexpr (Shift == 1) {
-            // Outputs: 1/4 before + 3/4 here, 3/4 here + 1/4 after.
-            const Two ends = __builtin_shufflevector(before, after, 0, 1, 2, 3, 8, 9, 10, 11);
-            const Two sum = ends + here * weights(3, 3);
-            const Two shifted = (sum + half) >> total_shift;
-            const Bytes8 bytes = __builtin_convertvector(shifted, Bytes8);
-            std::memcpy(out, &bytes, 8);
+            put(0, __builtin_shufflevector(before, after, 0, 1, 2, 3, 8, 9, 10, 11) + here * kWeights<3, 3>);
+        } else if constexpr (Shift == 2) {
+            put(0, before * kWeights<3, 1> + here * kWeights<5, 7>);
+            put(2, after * kWeights<1, 3> + here * kWeights<7, 5>);
         } else {
-            for (unsigned k = 0; k < kFactor; k += 4) {
-                // Output k lies at (k + 1/2) / factor - 1/2 texels from this one's middle.
-                const auto pair = [&](unsigned j) {
-                    if (j < kFactor / 2) {
-                        const unsigned p = kFactor - 1 - 2 * j, q = kFactor - 3 - 2 * j;
-                        return before * weights(p, q) + here * weights(kSum - p, kSum - q);
-                    }
-                    const unsigned p = 2 * j + 1 - kFactor, q = 2 * j + 3 - kFactor;
-                    return after * weights(p, q) + here * weights(kSum - p, kSum - q);
-                };
-                const Four sum = __builtin_shufflevector(pair(k), pair(k + 2), 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-                const Bytes16 bytes = __builtin_convertvector((sum + round) >> total_shift, Bytes16);
-                std::memcpy(out + 4 * k, &bytes, 16);
-            }
+            put(0, before * kWeights<7, 5> + here * kWeights<9, 11>);
+            put(2, before * kWeights<3, 1> + here * kWeights<13, 15>);
+            put(4, after * kWeights<1, 3> + here * kWeights<15, 13>);
+            put(6, after * kWeights<5, 7> + here * kWeights<11, 9>);
         }
-        out += 4 * kFactor;
+        out += 4 << Shift;
         before = here;
         here = after;
     }
@@ -109,12 +112,12 @@ void enlarge(const SmallImage& s, int x_shift, int y_shift, int x0, int y0, int 
     for (int y = y0; y < y1; ++y, out += out_stride) {
         const int texel = y >> y_shift, k = y & (factor - 1);
         const bool lower = 2 * k + 1 < factor;   // nearer to the row below than to the one above
-        const unsigned w = static_cast<unsigned>(lower ? factor - 1 - 2 * k : 2 * k + 1 - factor);
+        const int w = lower ? factor - 1 - 2 * k : 2 * k + 1 - factor;
         const auto skip = static_cast<std::size_t>(first - s.x0 - (has_before ? 1 : 0)) * 4;
         const std::size_t n = (texels + (has_before ? 1 : 0) + (has_after ? 1 : 0)) * 4;
         std::uint16_t* row = scratch.data();
-        blend_rows(row_of(lower ? texel - 1 : texel + 1) + skip, row_of(texel) + skip, w, static_cast<unsigned>(2 * factor) - w, n,
-                   row + (has_before ? 0 : 4));
+        blend_rows(row_of(lower ? texel - 1 : texel + 1) + skip, row_of(texel) + skip, static_cast<std::uint16_t>(w),
+                   static_cast<std::uint16_t>(2 * factor - w), n, row + (has_before ? 0 : 4));
         if (!has_before) std::memcpy(row, row + 4, 8);
         if (!has_after) std::memcpy(row + (texels + 1) * 4, row + texels * 4, 8);
         const int total = x_shift + y_shift + 2;

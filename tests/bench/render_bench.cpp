@@ -184,12 +184,11 @@ struct TwoEyes {
     std::vector<foveation::ViewFocus> focus;
 };
 
-void mask_and_resolve(benchmark::State& state, float gain, foveation::Resolver resolver, gl::Filter filter) {
+void mask_and_resolve(benchmark::State& state, int size, float gain, foveation::Resolver resolver) {
     if (context() == nullptr) return state.SkipWithError("no EGL context");
-    TwoEyes eyes(1024);
+    TwoEyes eyes(size);
     foveation::MethodSettings settings;
     settings.resolver = resolver;
-    settings.filter = filter;
     auto method = foveation::create_method("scaled_bins", settings);
     if (!method || !(*method)->prepare(eyes.targets)) return state.SkipWithError("no method");
     gl::CommandList list;
@@ -212,11 +211,13 @@ void mask_and_resolve(benchmark::State& state, float gain, foveation::Resolver r
     state.counters["wall_ms"] = median(wall);
 }
 
-BENCHMARK_CAPTURE(mask_and_resolve, gain4, 4.0f, foveation::Resolver::automatic, gl::Filter::linear)
+BENCHMARK_CAPTURE(mask_and_resolve, gain4, 1024, 4.0f, foveation::Resolver::automatic)
     ->Name("Overhead/mask and resolve/2x1024/gain 4")->Iterations(60)->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK_CAPTURE(mask_and_resolve, gain10, 10.0f, foveation::Resolver::automatic, gl::Filter::linear)
+BENCHMARK_CAPTURE(mask_and_resolve, gain10, 1024, 10.0f, foveation::Resolver::automatic)
     ->Name("Overhead/mask and resolve/2x1024/gain 10")->Iterations(60)->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK_CAPTURE(mask_and_resolve, gain4_gpu, 4.0f, foveation::Resolver::gpu, gl::Filter::linear)
+BENCHMARK_CAPTURE(mask_and_resolve, gain4_2048, 2048, 4.0f, foveation::Resolver::automatic)
+    ->Name("Overhead/mask and resolve/2x2048/gain 4")->Iterations(30)->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(mask_and_resolve, gain4_gpu, 1024, 4.0f, foveation::Resolver::gpu)
     ->Name("Overhead/mask and resolve/2x1024/gain 4/resolver gpu")->Iterations(30)->Unit(benchmark::kMillisecond)->UseRealTime();
 
 // An unfoveated frame through the runtime (record, prepare, submit) against the same draws issued straight from GL, in turn.
