@@ -41,7 +41,7 @@ inline constexpr int kMaxImagePx = 16384;
 
 struct PlanSettings {
     int width_px = 1024, height_px = 1024;  // 1 to kMaxImagePx
-    int bin_px = 0;   // edge of a bin, 4 to 1024; 0: about 64 bins along the longer edge. Rounded up to whole texels of the coarsest level
+    int bin_px = 0;   // edge of a bin, 4 to 1024; 0: a 64th of the longer edge, above 1024 px 16 or a 128th of it. Rounded up to whole texels of the coarsest level
     Reading reading = Reading::linear;
     double min_density = 0;                 // 0 to 1
     std::array<LevelScale, kMaxLevels> levels{{{0, 0}, {1, 1}, {2, 2}}};  // level 0 is {0, 0}; pixels fall from one to the next

@@ -290,8 +290,8 @@ BENCHMARK_CAPTURE(empty_frame, late, "scaled_bins_late")->Name("Overhead/empty f
 BENCHMARK_CAPTURE(empty_frame, inset, "inset_outset")->Name("Overhead/empty frame/inset_outset")->Unit(benchmark::kMicrosecond);
 BENCHMARK_CAPTURE(empty_frame, automatic, "auto")->Name("Overhead/empty frame/auto")->Unit(benchmark::kMicrosecond);
 
-void plan_update(benchmark::State& state, int points, bool moving) {
-    auto plan = density::Plan::create({.width_px = 2048, .height_px = 2048});
+void plan_update(benchmark::State& state, int bins, int points, bool moving) {
+    auto plan = density::Plan::create({.width_px = 2048, .height_px = 2048, .bin_px = 2048 / bins});
     std::vector<density::FocalPoint> p(static_cast<std::size_t>(points), density::FocalPoint{0.1f, -0.2f, 4, 4, 0});
     float step = 0.001f;
     for (auto _ : state) {
@@ -303,9 +303,11 @@ void plan_update(benchmark::State& state, int points, bool moving) {
     }
 }
 
-BENCHMARK_CAPTURE(plan_update, still, 4, false)->Name("Plan/64x64 bins/4 points/still");
-BENCHMARK_CAPTURE(plan_update, moving_1, 1, true)->Name("Plan/64x64 bins/1 point/moving");
-BENCHMARK_CAPTURE(plan_update, moving_4, 4, true)->Name("Plan/64x64 bins/4 points/moving");
+BENCHMARK_CAPTURE(plan_update, still, 64, 4, false)->Name("Plan/64x64 bins/4 points/still");
+BENCHMARK_CAPTURE(plan_update, moving_1, 64, 1, true)->Name("Plan/64x64 bins/1 point/moving");
+BENCHMARK_CAPTURE(plan_update, moving_4, 64, 4, true)->Name("Plan/64x64 bins/4 points/moving");
+BENCHMARK_CAPTURE(plan_update, fine_1, 128, 1, true)->Name("Plan/128x128 bins/1 point/moving");
+BENCHMARK_CAPTURE(plan_update, fine_4, 128, 4, true)->Name("Plan/128x128 bins/4 points/moving");
 
 [[maybe_unused]] const bool registered = [] {
     for (const char* scene : {"fragbox", "circuit"})

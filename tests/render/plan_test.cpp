@@ -174,6 +174,16 @@ TEST(Plan, CountsTexelsAndTheGuardRingExactly) {
     }
 }
 
+TEST(Plan, DefaultBinsAreFinerInLargerPicturesUnlessTheyWouldBeTiny) {
+    const auto bin = [](int width, int height) { return make({.width_px = width, .height_px = height}).bin_px(); };
+    EXPECT_EQ(bin(64, 100), 4);
+    EXPECT_EQ(bin(512, 512), 8);
+    EXPECT_EQ(bin(1024, 512), 16);
+    EXPECT_EQ(bin(1440, 1600), 16);
+    EXPECT_EQ(bin(2048, 2048), 16);
+    EXPECT_EQ(bin(4096, 100), 32);
+}
+
 TEST(Plan, FinerBinsNearTheContinuousLimit) {
     const FocalPoint point{0, 0, 4, 4, 0};
     double before = 1;
