@@ -81,8 +81,8 @@ void MotionEdges::resize(int width_cells, int height_cells, int width_px, Format
     }
 }
 
-bool MotionEdges::find(const Field& f, const Box& touched) noexcept {
-    box_ = touched;
+bool MotionEdges::find(const Field& f, const Box& touched, const Gaze* gaze, int cell_px) noexcept {
+    box_ = gaze == nullptr ? touched : touched.around(gaze->x_px, gaze->y_px, gaze->full_radius_px + 1, cell_px);
     bool found = false;
     for (int y = box_.y0; y < box_.y1; ++y) {
         const float *u = f.u.data() + at(0, y, width_), *v = f.v.data() + at(0, y, width_);

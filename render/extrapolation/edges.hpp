@@ -20,8 +20,8 @@ class MotionEdges {
 public:
     void resize(int width_cells, int height_cells, int width_px, Format format, int threads);
 
-    // Marks the cells around edges inside of `touched`; false: there are none.
-    [[nodiscard]] bool find(const Field& displacement, const Box& touched) noexcept;
+    // Finds edges inside of `touched`, and with a gaze (of cells of `cell_px`) inside its full radius; false: there are none.
+    [[nodiscard]] bool find(const Field& displacement, const Box& touched, const Gaze* gaze, int cell_px) noexcept;
 
     struct Job {
         const ConstImage* near;

@@ -228,7 +228,7 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
     s.gather.run(job, *s.kernels, s.pool);
     // With depth the projection knows the edges already.
     MotionEdges& edges = known_cell == 0 ? s.edges : s.known_edges;
-    if (!with_depth && edges.find(projection->displacement(), projection->touched())) {
+    if (!with_depth && edges.find(projection->displacement(), projection->touched(), hints.gaze, cell_px)) {
         make_gatherable(far, s.far_source, s.pool);
         edges.run({&near, &s.source, &s.far_source, &output, &projection->displacement(), projection->front(), cell_px, step, hints.gaze, s.tuning.cubic}, *s.kernels, s.pool);
     }

@@ -40,6 +40,7 @@ struct SearchJob {
     const std::uint8_t* tasks;   // PatchTask
     int iterations, passes;
     float reach;                 // no component of a motion may exceed it
+    int column0, column1, row0, row1;   // the patches that count, of all; the others are neither read nor written
 };
 
 // Patches exchange what they know: each moves to where its own evidence and its neighbours' motion balance. Where a patch

@@ -137,8 +137,8 @@ static void search(const SearchJob& job, int row0, int row1) {
         const int step = back ? 1 : -1;   // to the neighbours that this pass has done
         for (int k = 0; k < row1 - row0; ++k) {
             const int j = back ? row1 - 1 - k : row0 + k;
-            for (int l = 0; l < job.columns; ++l) {
-                const int i = back ? job.columns - 1 - l : l;
+            for (int l = 0; l < job.column1 - job.column0; ++l) {
+                const int i = back ? job.column1 - 1 - l : job.column0 + l;
                 PatchMotion& m = job.patches[j * job.columns + i];
                 if (job.tasks[j * job.columns + i] != kPatchSearch) {
                     if (pass == 0) m.cost = m.shift = m.xx = m.xy = m.yy = 0;
@@ -146,7 +146,7 @@ static void search(const SearchJob& job, int row0, int row1) {
                 }
                 const int x = kStridePx * i - kStridePx, y = kStridePx * j - kStridePx;
                 const auto x0 = static_cast<float>(x), y0 = static_cast<float>(y);
-                const bool has_column = i + step >= 0 && i + step < job.columns, has_row = j + step >= row0 && j + step < row1;
+                const bool has_column = i + step >= job.column0 && i + step < job.column1, has_row = j + step >= row0 && j + step < row1;
                 const PatchMotion before = m;
                 const PatchMotion& side = job.patches[j * job.columns + i + (has_column ? step : 0)];
                 const PatchMotion& over = job.patches[(j + (has_row ? step : 0)) * job.columns + i];
@@ -175,16 +175,17 @@ static void search(const SearchJob& job, int row0, int row1) {
 static void balance(const BalanceJob& job) {
     const SearchJob& s = *job.search;
     constexpr float kApart = 1.0f, kNoise = 2.0f;   // pixels of the level; levels of 255
-    for (int k = 0; k < s.columns * s.rows; ++k) {
-        PatchMotion& m = s.patches[k];
-        // A patch that fits badly knows less than its gradients promise.
-        const float trust = 1.0f / (1.0f + m.cost * (1.0f / (kPatchPx * kPatchPx * kNoise * kNoise)));
-        m.xx *= trust;
-        m.xy *= trust;
-        m.yy *= trust;
-        m.claim_u = m.xx * m.u + m.xy * m.v;
-        m.claim_v = m.xy * m.u + m.yy * m.v;
-    }
+    for (int j = s.row0; j < s.row1; ++j)
+        for (int i = s.column0; i < s.column1; ++i) {
+            PatchMotion& m = s.patches[j * s.columns + i];
+            // A patch that fits badly knows less than its gradients promise.
+            const float trust = 1.0f / (1.0f + m.cost * (1.0f / (kPatchPx * kPatchPx * kNoise * kNoise)));
+            m.xx *= trust;
+            m.xy *= trust;
+            m.yy *= trust;
+            m.claim_u = m.xx * m.u + m.xy * m.v;
+            m.claim_v = m.xy * m.u + m.yy * m.v;
+        }
     const auto settle = [&](int at, int left, int right, int above, int below) __attribute__((always_inline)) {
         PatchMotion& m = s.patches[at];
         const PatchMotion &l = s.patches[left], &r = s.patches[right], &a = s.patches[above], &b = s.patches[below];
@@ -206,14 +207,15 @@ static void balance(const BalanceJob& job) {
     constexpr int kAtOnce = 4;
     for (int round = 0; round < job.rounds; ++round) {
         const bool back = round % 2 != 0;   // from the other corner: what one round spreads far, the next spreads back
-        for (int row0 = 0; row0 < s.rows; row0 += kAtOnce)
-            for (int step = 0; step < s.columns + kAtOnce - 1; ++step)
+        const int rows = s.row1 - s.row0, columns = s.column1 - s.column0;
+        for (int first = 0; first < rows; first += kAtOnce)
+            for (int step = 0; step < columns + kAtOnce - 1; ++step)
                 for (int k = 0; k < kAtOnce; ++k) {
-                    const int row = row0 + k, column = step - k;
-                    if (row >= s.rows || column < 0 || column >= s.columns) continue;
-                    const int j = back ? s.rows - 1 - row : row, i = back ? s.columns - 1 - column : column, at = j * s.columns + i;
+                    const int row = first + k, column = step - k;
+                    if (row >= rows || column < 0 || column >= columns) continue;
+                    const int j = back ? s.row1 - 1 - row : s.row0 + row, i = back ? s.column1 - 1 - column : s.column0 + column, at = j * s.columns + i;
                     if (s.tasks[at] == kPatchStill || s.tasks[at] == kPatchCoarse) continue;
-                    settle(at, at - (i > 0 ? 1 : 0), at + (i + 1 < s.columns ? 1 : 0), at - (j > 0 ? s.columns : 0), at + (j + 1 < s.rows ? s.columns : 0));
+                    settle(at, at - (i > s.column0 ? 1 : 0), at + (i + 1 < s.column1 ? 1 : 0), at - (j > s.row0 ? s.columns : 0), at + (j + 1 < s.row1 ? s.columns : 0));
                 }
     }
 }

@@ -41,6 +41,7 @@ void MotionSearch::resize(int width_px, int height_px, int cell_px, int threads)
     forward_.resize(near_.size());
     backward_.resize(near_.size());
     for (std::size_t l = 0; l < near_.size(); ++l) {
+        written_[0] = written_[1] = {};
         forward_[l].resize(near_[l].width(), near_[l].height());
         backward_[l].resize(near_[l].width(), near_[l].height());
     }
@@ -96,13 +97,36 @@ void MotionSearch::find_anchors(const TileMap& tiles) noexcept {
     active_ = Box{x0 * cells, y0 * cells, std::min(x1 * cells, finest.width), std::min(y1 * cells, finest.height)};
 }
 
+// What of a level is searched, in its cells: what may move, and with a gaze only around it: the finest level inside the full
+// radius, the next one half-way to the coarse one, and the third inside that. A gaze that is no number is full effort.
+Box MotionSearch::effort(const Gaze* gaze, int level) const noexcept {
+    const Field& f = forward_[static_cast<std::size_t>(level)];
+    // Everything on a coarser level: it is small.
+    Box box = level == 0 ? active_ : Box{0, 0, f.width, f.height};
+    constexpr float kPart[] = {0.0f, 0.5f, 1.0f};
+    if (gaze == nullptr || level >= 3 || level + 1 >= levels()) return box;
+    const float radius = gaze->full_radius_px + kPart[level] * (gaze->coarse_radius_px - gaze->full_radius_px);
+    box = box.around(gaze->x_px, gaze->y_px, radius, cell_px_ << level);
+    box.x0 = box.x0 / kStridePx * kStridePx;   // whole bands
+    box.y0 = box.y0 / kStridePx * kStridePx;
+    return box;
+}
+
+// The patches that touch a box of a level, and one more around them.
+Box MotionSearch::patches_of(const Box& box, int level) const noexcept {
+    const Field& f = forward_[static_cast<std::size_t>(level)];
+    const int columns = (f.width + kStridePx - 1) / kStridePx + 1, rows = (f.height + kStridePx - 1) / kStridePx + 1;
+    return {std::max(box.x0 / kStridePx - 1, 0), std::max(box.y0 / kStridePx - 1, 0), std::min((box.x1 + kStridePx - 1) / kStridePx + 2, columns), std::min((box.y1 + kStridePx - 1) / kStridePx + 2, rows)};
+}
+
 // Still patches are known, patches far from the gaze keep what the coarser levels found.
-void MotionSearch::choose_tasks(const MotionSettings& settings, const TileMap& tiles, int level) noexcept {
+void MotionSearch::choose_tasks(const Box& searched, const TileMap& tiles, int level) noexcept {
     const Plane& p = near_[static_cast<std::size_t>(level)];
-    const int columns = (p.width() + kStridePx - 1) / kStridePx + 1, rows = (p.height() + kStridePx - 1) / kStridePx + 1;
+    const int columns = (p.width() + kStridePx - 1) / kStridePx + 1;
     const int scale = cell_px_ << level;   // pixels of the picture per pixel of the level
-    for (int j = 0; j < rows; ++j)
-        for (int i = 0; i < columns; ++i) {
+    const Box patches = patches_of(searched, level);
+    for (int j = patches.y0; j < patches.y1; ++j)
+        for (int i = patches.x0; i < patches.x1; ++i) {
             std::uint8_t task = kPatchSearch;
             const int x0 = (kStridePx * i - kStridePx) * scale, y0 = (kStridePx * j - kStridePx) * scale;
             if (tiles.still_count > 0) {
@@ -116,25 +140,53 @@ void MotionSearch::choose_tasks(const MotionSettings& settings, const TileMap& t
                     }
                 if (still) task = anchored ? kPatchStill : kPatchKeep;
             }
-            if (task == kPatchSearch && settings.gaze != nullptr && level < 2 && level + 1 < levels()) {
-                const Gaze& g = *settings.gaze;
-                const float dx = static_cast<float>(x0 + kStridePx * scale) - g.x_px, dy = static_cast<float>(y0 + kStridePx * scale) - g.y_px;
-                const float out = (std::sqrt(dx * dx + dy * dy) - g.full_radius_px) / std::max(g.coarse_radius_px - g.full_radius_px, 1.0f);
-                // Level 0 ends half-way from the full radius to the coarse one, level 1 at the coarse one. A NaN gaze is full effort.
-                if (out > (level == 0 ? 0.5f : 1.0f)) task = kPatchCoarse;
-            }
             tasks_[at(i, j, columns)] = task;
         }
 }
 
-void MotionSearch::search_level(int level, bool backward, const Tuning& tuning, const Kernels& kernels, ThreadPool& pool) noexcept {
+// Around what is searched a level goes on as the coarser one found.
+void MotionSearch::spread_coarse(std::vector<Field>& fields, const Box& searched, int level) noexcept {
+    const auto l = static_cast<std::size_t>(level);
+    Field& f = fields[l];
+    const Field& c = fields[l + 1];
+    const Box may{active_.x0 >> level, active_.y0 >> level, std::min((active_.x1 >> level) + 1, f.width), std::min((active_.y1 >> level) + 1, f.height)};
+    const auto columns = [&](int y, int x0, int x1) {
+        const int j0 = std::clamp((y - 1) >> 1, 0, c.height - 1), j1 = std::min(((y - 1) >> 1) + 1, c.height - 1);
+        const float t = y % 2 == 0 ? 0.75f : 0.25f;
+        for (int plane = 0; plane < 2; ++plane) {
+            const float* from = plane == 0 ? c.u.data() : c.v.data();
+            const float *above = from + at(0, j0, c.width), *below = from + at(0, j1, c.width);
+            float* to = (plane == 0 ? f.u.data() : f.v.data()) + at(0, y, f.width);
+            const auto mixed = [&](int i) { return 2 * (above[i] + t * (below[i] - above[i])); };
+            // Cells come in pairs on both sides of the line between two coarse cells.
+            const int i0 = (x0 - 1) >> 1, i1 = (x1 - 2) >> 1;
+            for (int i = i0; i <= i1; ++i) {
+                const float left = mixed(std::max(i, 0)), right = mixed(std::min(i + 1, c.width - 1)), step = 0.25f * (right - left);
+                if (2 * i + 1 >= x0) to[2 * i + 1] = left + step;
+                if (2 * i + 2 < x1) to[2 * i + 2] = right - step;
+            }
+        }
+    };
+    for (int y = may.y0; y < may.y1; ++y) {
+        const bool beside = y >= searched.y0 && y < searched.y1 && searched.x1 > searched.x0;
+        if (!beside) {
+            columns(y, may.x0, may.x1);
+            continue;
+        }
+        if (may.x0 < searched.x0) columns(y, may.x0, searched.x0);
+        if (searched.x1 < may.x1) columns(y, searched.x1, may.x1);
+    }
+}
+
+void MotionSearch::search_level(const Box& box, int level, bool backward, const Tuning& tuning, const Kernels& kernels, ThreadPool& pool) noexcept {
     const auto l = static_cast<std::size_t>(level);
     const Plane &from = backward ? far_[l] : near_[l], &to = backward ? near_[l] : far_[l];
     std::vector<Field>& fields = backward ? backward_ : forward_;
     const int columns = (from.width() + kStridePx - 1) / kStridePx + 1, rows = (from.height() + kStridePx - 1) / kStridePx + 1;
     const bool coarsest = l + 1 == near_.size();
-    for (int j = 0; j < rows; ++j)
-        for (int i = 0; i < columns; ++i) {
+    const Box patches = patches_of(box, level);
+    for (int j = patches.y0; j < patches.y1; ++j)
+        for (int i = patches.x0; i < patches.x1; ++i) {
             PatchMotion m;
             if (!coarsest && tasks_[at(i, j, columns)] != kPatchStill) {
                 const Field& c = fields[l + 1];
@@ -149,28 +201,29 @@ void MotionSearch::search_level(int level, bool backward, const Tuning& tuning, 
     const int iterations = backward ? (tuning.iterations + 1) / 2 : tuning.iterations;
     const int rounds = backward ? (tuning.balance_rounds + 1) / 2 : tuning.balance_rounds;
     const SearchJob job{from.row(0), to.row(0), from.stride(), from.width(), from.height(), columns, rows, patches_.data(), tasks_.data(),
-                        iterations, level == 0 ? 1 : tuning.passes, reach};
-    pool.run(rows, kChunkRows, [&](int row0, int row1) { kernels.search(job, row0, row1); });
+                        iterations, level == 0 ? 1 : tuning.passes, reach, patches.x0, patches.x1, patches.y0, patches.y1};
+    pool.run(patches.y1 - patches.y0, kChunkRows, [&](int row0, int row1) { kernels.search(job, patches.y0 + row0, patches.y0 + row1); });
     kernels.balance({&job, rounds, tuning.stiffness});
-    // Around what may move, and for a coarser level everywhere: it is small.
-    const Box box = level == 0 ? active_ : Box{0, 0, from.width(), from.height()};
-    if (box.x1 - box.x0 < from.width() || box.y1 - box.y0 < from.height()) {
-        std::fill(fields[l].u.begin(), fields[l].u.end(), 0.0f);
-        std::fill(fields[l].v.begin(), fields[l].v.end(), 0.0f);
+    if (level == 0) {   // what a call before has left where nothing may move now
+        Box& written = written_[backward ? 1 : 0];
+        for (int y = written.y0; y < written.y1; ++y)
+            for (std::vector<float>* plane : {&fields[0].u, &fields[0].v}) std::fill_n(plane->data() + at(written.x0, y, from.width()), written.x1 - written.x0, 0.0f);
+        written = active_;
     }
+    if (!coarsest) spread_coarse(fields, box, level);
     const int first_band = box.y0 / kStridePx, bands = (box.y1 + kStridePx - 1) / kStridePx - first_band, bands_per_thread = (bands + threads_ - 1) / threads_;
     const SpreadJob spread{&job, fields[l].u.data(), fields[l].v.data(), spread_scratch_.data(), bands_per_thread, first_band, box.x0 / kStridePx, (box.x1 + kStridePx - 1) / kStridePx};
     pool.run(bands, bands_per_thread, [&](int band0, int band1) { kernels.spread(spread, first_band + band0, first_band + band1); });
 }
 
 // A cell whose partner does not come back was hidden in the other source: its motion is a guess.
-void MotionSearch::check_backward(int level) noexcept {
+void MotionSearch::check_backward(const Box& box, int level) noexcept {
     const auto l = static_cast<std::size_t>(level);
     const Field &f = forward_[l], &b = backward_[l], &finest = forward_[0];
     const float away = 0.75f, away_per_motion = 0.05f;   // pixels of the level
-    // What stands still is sure of it.
-    const Box box{active_.x0 >> level, active_.y0 >> level, std::min((active_.x1 >> level) + 1, f.width), std::min((active_.y1 >> level) + 1, f.height)};
-    std::fill(trust_.begin(), trust_.end(), 1.0f);
+    // What stands still is sure of it, and around a gaze nothing is checked.
+    const Box read = active_.grown(8, finest.width, finest.height);   // by the smoothing
+    for (int y = read.y0; y < read.y1; ++y) std::fill_n(trust_.data() + at(read.x0, y, finest.width), read.x1 - read.x0, 1.0f);
     for (int y = box.y0; y < box.y1; ++y)
         for (int x = box.x0; x < box.x1; ++x) {
             const float u = f.u[at(x, y, f.width)], v = f.v[at(x, y, f.width)];
@@ -187,9 +240,10 @@ void MotionSearch::check_backward(int level) noexcept {
 }
 
 // Row by row of tiles; columns of anchors to the left and right of what may move stay 0.
-void MotionSearch::smooth(const TileMap& tiles, int passes, const Kernels& kernels, ThreadPool& pool) noexcept {
+void MotionSearch::smooth(const Box& box, const TileMap& tiles, int passes, const Kernels& kernels, ThreadPool& pool) noexcept {
     Field& f = forward_[0];
     const int rows_per_tile = kTilePx / cell_px_;
+    const bool everywhere = box.x0 == 0 && box.y0 == 0 && box.x1 == f.width && box.y1 == f.height;
     for (int pass = 0; pass < passes; ++pass) {
         pool.run(tiles.rows, 4, [&](int tile0, int tile1) {
             for (int row = tile0; row < tile1; ++row) {
@@ -199,22 +253,30 @@ void MotionSearch::smooth(const TileMap& tiles, int passes, const Kernels& kerne
                     first = std::min(first, column);
                     last = column;
                 }
-                const int y0 = row * rows_per_tile, y1 = std::min(y0 + rows_per_tile, f.height);
-                const int x0 = std::clamp(first * rows_per_tile, 0, f.width), x1 = std::clamp((last + 1) * rows_per_tile, x0, f.width);
+                const int y0 = std::max(row * rows_per_tile, box.y0), y1 = std::min((row + 1) * rows_per_tile, box.y1);
+                const int x0 = std::clamp(first * rows_per_tile, box.x0, box.x1), x1 = std::clamp((last + 1) * rows_per_tile, x0, box.x1);
                 for (int y = y0; y < y1; ++y) {
                     const std::size_t begin = at(0, y, f.width);
-                    std::fill_n(smoothed_.u.data() + begin, x0, 0.0f);
-                    std::fill_n(smoothed_.v.data() + begin, x0, 0.0f);
-                    std::fill_n(smoothed_.u.data() + begin + x1, f.width - x1, 0.0f);
-                    std::fill_n(smoothed_.v.data() + begin + x1, f.width - x1, 0.0f);
+                    for (std::vector<float>* plane : {&smoothed_.u, &smoothed_.v}) {
+                        std::fill(plane->data() + begin + box.x0, plane->data() + begin + x0, 0.0f);
+                        std::fill(plane->data() + begin + x1, plane->data() + begin + box.x1, 0.0f);
+                    }
                 }
-                if (x0 == x1) continue;
+                if (x0 == x1 || y0 >= y1) continue;
                 const SmoothJob job{f.u.data(), f.v.data(), trust_.data(), near_[0].row(0), near_[0].stride(), f.width, f.height, 1 << (passes - 1 - pass), x0, x1, smoothed_.u.data(), smoothed_.v.data()};
                 kernels.smooth(job, y0, y1);
             }
         });
-        std::swap(f.u, smoothed_.u);
-        std::swap(f.v, smoothed_.v);
+        if (everywhere) {
+            std::swap(f.u, smoothed_.u);
+            std::swap(f.v, smoothed_.v);
+            continue;
+        }
+        for (int y = box.y0; y < box.y1; ++y) {
+            const std::size_t begin = at(box.x0, y, f.width);
+            std::copy_n(smoothed_.u.data() + begin, box.x1 - box.x0, f.u.data() + begin);
+            std::copy_n(smoothed_.v.data() + begin, box.x1 - box.x0, f.v.data() + begin);
+        }
     }
 }
 
@@ -279,12 +341,21 @@ void MotionSearch::run(const MotionSettings& settings, const TileMap& tiles, con
     if (tiles.still_count > 0) find_anchors(tiles);
     const int backward_level = tuning.backward_level < 0 ? levels() : std::min(tuning.backward_level, levels() - 1);
     for (int l = levels() - 1; l >= 0; --l) {
-        choose_tasks(settings, tiles, l);
-        search_level(l, false, tuning, kernels, pool);
-        if (l >= backward_level) search_level(l, true, tuning, kernels, pool);
+        const Box searched = effort(settings.gaze, l);
+        choose_tasks(searched, tiles, l);
+        search_level(searched, l, false, tuning, kernels, pool);
+        if (l >= backward_level) search_level(searched, l, true, tuning, kernels, pool);
     }
-    if (backward_level < levels()) check_backward(backward_level);
-    smooth(tiles, tuning.smoothing_passes, kernels, pool);
+    if (backward_level < levels()) {
+        Box checked = effort(settings.gaze, backward_level);
+        if (backward_level > 0) {   // what may move of it
+            const Field& f = forward_[static_cast<std::size_t>(backward_level)];
+            const Box may{active_.x0 >> backward_level, active_.y0 >> backward_level, std::min((active_.x1 >> backward_level) + 1, f.width), std::min((active_.y1 >> backward_level) + 1, f.height)};
+            checked = {std::max(checked.x0, may.x0), std::max(checked.y0, may.y0), std::min(checked.x1, may.x1), std::min(checked.y1, may.y1)};
+        }
+        check_backward(checked, backward_level);
+    }
+    smooth(effort(settings.gaze, 0), tiles, tuning.smoothing_passes, kernels, pool);
     validate(tiles);
     if (tiles.still_count > 0) {
         Field& f = forward_[0];

@@ -38,10 +38,13 @@ public:
 private:
     void levels_below(std::vector<Plane>& planes, const Kernels& kernels, ThreadPool& pool) noexcept;
     void find_anchors(const TileMap& tiles) noexcept;
-    void choose_tasks(const MotionSettings& settings, const TileMap& tiles, int level) noexcept;
-    void search_level(int level, bool backward, const Tuning& tuning, const Kernels& kernels, ThreadPool& pool) noexcept;
-    void check_backward(int level) noexcept;
-    void smooth(const TileMap& tiles, int passes, const Kernels& kernels, ThreadPool& pool) noexcept;
+    [[nodiscard]] Box effort(const Gaze* gaze, int level) const noexcept;
+    [[nodiscard]] Box patches_of(const Box& box, int level) const noexcept;
+    void choose_tasks(const Box& searched, const TileMap& tiles, int level) noexcept;
+    void spread_coarse(std::vector<Field>& fields, const Box& searched, int level) noexcept;
+    void search_level(const Box& box, int level, bool backward, const Tuning& tuning, const Kernels& kernels, ThreadPool& pool) noexcept;
+    void check_backward(const Box& box, int level) noexcept;
+    void smooth(const Box& box, const TileMap& tiles, int passes, const Kernels& kernels, ThreadPool& pool) noexcept;
     void validate(const TileMap& tiles) noexcept;
 
     int width_px_ = 0, height_px_ = 0, cell_px_ = 0;
@@ -54,6 +57,7 @@ private:
     int threads_ = 1;
     Field smoothed_;
     float unexplained_ = 0;
+    Box written_[2];   // of the finest level, forward and backward: everything outside of it is 0
     Box active_;   // cells of the finest level, whole tiles
 };
 

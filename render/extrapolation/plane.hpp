@@ -46,6 +46,14 @@ private:
 // A part of a field, in cells: columns x0 to x1 - 1, rows y0 to y1 - 1.
 struct Box {
     int x0 = 0, y0 = 0, x1 = 0, y1 = 0;
+    // What of it lies within `radius_px` along either axis; all of it if that is no number.
+    [[nodiscard]] Box around(float x_px, float y_px, float radius_px, int cell_px) const noexcept {
+        const float per_cell = 1.0f / static_cast<float>(cell_px);
+        const float left = (x_px - radius_px) * per_cell, right = (x_px + radius_px) * per_cell, top = (y_px - radius_px) * per_cell, bottom = (y_px + radius_px) * per_cell;
+        if (!(left <= right && top <= bottom)) return *this;
+        const auto within = [](float v, int low, int high) { return static_cast<int>(std::clamp(v, static_cast<float>(low), static_cast<float>(high))); };
+        return {within(left, x0, x1), within(top, y0, y1), within(right + 1, x0, x1), within(bottom + 1, y0, y1)};
+    }
     [[nodiscard]] Box grown(int by, int width, int height) const noexcept {
         return {std::max(x0 - by, 0), std::max(y0 - by, 0), std::min(x1 + by, width), std::min(y1 + by, height)};
     }

@@ -21,6 +21,7 @@ int round_int(float v) noexcept {
 
 void Projection::resize(int width, int height) {
     out_.resize(width, height);
+    touched_ = {};
     front_.assign(out_.u.size(), kNothing);
 }
 
@@ -77,6 +78,7 @@ void Projection::run(const Motion& motion, int cell_px, float reach_px, const Bo
     const int w = out_.width, h = out_.height;
     const float per_cell = 1.0f / static_cast<float>(cell_px);
     const auto within = [&](float v) { return std::fabs(v * motion.scale) <= reach_px ? std::fabs(v * motion.scale) : 0.0f; };
+    const Box before = touched_;   // everything outside of it is 0
     touched_ = {0, 0, w, h};
     if (active != nullptr && (active->x1 - active->x0 < w || active->y1 - active->y0 < h)) {
         float most = 0;   // what may move lands no further off than this
@@ -86,31 +88,67 @@ void Projection::run(const Motion& motion, int cell_px, float reach_px, const Bo
                 most = std::max(most, std::max(within(motion.u[from]), within(motion.v[from])));
             }
         touched_ = active->grown(static_cast<int>(most * per_cell) + 2, w, h);
-        std::fill(out_.u.begin(), out_.u.end(), 0.0f);
-        std::fill(out_.v.begin(), out_.v.end(), 0.0f);
+        for (int y = before.y0; y < before.y1; ++y)
+            for (std::vector<float>* plane : {&out_.u, &out_.v})
+                std::fill_n(plane->data() + static_cast<std::ptrdiff_t>(y) * w + before.x0, before.x1 - before.x0, 0.0f);
     }
     const Box& box = touched_;
     for (int y = box.y0; y < box.y1; ++y)
         std::fill_n(front_.begin() + static_cast<std::ptrdiff_t>(y) * w + box.x0, box.x1 - box.x0, kNothing);
     const Background b = fit_background(motion, reach_px);
     bool moves = false;
+    constexpr int kLanes = 8;   // cells at once; where all eight land side by side, they are compared and written at once
     for (int y = box.y0; y < box.y1; ++y) {
         const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(w);
-        for (int x = box.x0; x < box.x1; ++x) {
-            const std::size_t from = (row + static_cast<std::size_t>(x)) * motion.pitch;
-            float a = motion.u[from] * motion.scale, c = motion.v[from] * motion.scale;
-            if (!(std::fabs(a) <= reach_px && std::fabs(c) <= reach_px)) a = c = 0;
-            moves |= a != 0 || c != 0;
-            const int tx = x + round_int(a * per_cell), ty = y + round_int(c * per_cell);
-            if (tx < box.x0 || tx >= box.x1 || ty < box.y0 || ty >= box.y1) continue;
-            const float du = a - (b.u[0] + b.u[1] * static_cast<float>(x) + b.u[2] * static_cast<float>(y));
-            const float dv = c - (b.v[0] + b.v[1] * static_cast<float>(x) + b.v[2] * static_cast<float>(y));
-            const float front = du * du + dv * dv;
-            const std::size_t target = static_cast<std::size_t>(ty) * static_cast<std::size_t>(w) + static_cast<std::size_t>(tx);
-            if (front > front_[target]) {
-                front_[target] = front;
-                out_.u[target] = -a;
-                out_.v[target] = -c;
+        for (int x0 = box.x0; x0 < box.x1; x0 += kLanes) {
+            const int count = std::min(kLanes, box.x1 - x0);
+            float a[kLanes] = {}, c[kLanes] = {}, front[kLanes];
+            int right[kLanes], down[kLanes];
+            for (int k = 0; k < count; ++k) {
+                const std::size_t from = (row + static_cast<std::size_t>(x0 + k)) * motion.pitch;
+                a[k] = motion.u[from] * motion.scale;
+                c[k] = motion.v[from] * motion.scale;
+            }
+            int any = 0, apart = 0;
+            for (int k = 0; k < kLanes; ++k) {
+                const bool within_reach = std::fabs(a[k]) <= reach_px && std::fabs(c[k]) <= reach_px;
+                a[k] = within_reach ? a[k] : 0.0f;
+                c[k] = within_reach ? c[k] : 0.0f;
+                any |= (a[k] != 0) | (c[k] != 0);
+                right[k] = round_int(a[k] * per_cell);
+                down[k] = round_int(c[k] * per_cell);
+                const float px = static_cast<float>(x0 + k), py = static_cast<float>(y);
+                const float du = a[k] - (b.u[0] + b.u[1] * px + b.u[2] * py), dv = c[k] - (b.v[0] + b.v[1] * px + b.v[2] * py);
+                front[k] = du * du + dv * dv;
+            }
+            for (int k = 0; k < kLanes; ++k) apart |= (right[k] ^ right[0]) | (down[k] ^ down[0]);
+            moves |= any != 0;
+            const int to_x = x0 + right[0], to_y = y + down[0];
+            if (apart == 0 && count == kLanes && to_x >= box.x0 && to_x + kLanes <= box.x1) {
+                if (to_y < box.y0 || to_y >= box.y1) continue;
+                const std::size_t to = static_cast<std::size_t>(to_y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(to_x);
+                float *there = front_.data() + to, *u = out_.u.data() + to, *v = out_.v.data() + to;
+                float merged[3][kLanes];
+                for (int k = 0; k < kLanes; ++k) {
+                    const bool wins = front[k] > there[k];
+                    merged[0][k] = wins ? front[k] : there[k];
+                    merged[1][k] = wins ? -a[k] : u[k];
+                    merged[2][k] = wins ? -c[k] : v[k];
+                }
+                std::copy_n(merged[0], kLanes, there);
+                std::copy_n(merged[1], kLanes, u);
+                std::copy_n(merged[2], kLanes, v);
+                continue;
+            }
+            for (int k = 0; k < count; ++k) {
+                const int tx = x0 + k + right[k], ty = y + down[k];
+                if (tx < box.x0 || tx >= box.x1 || ty < box.y0 || ty >= box.y1) continue;
+                const std::size_t target = static_cast<std::size_t>(ty) * static_cast<std::size_t>(w) + static_cast<std::size_t>(tx);
+                if (front[k] > front_[target]) {
+                    front_[target] = front[k];
+                    out_.u[target] = -a[k];
+                    out_.v[target] = -c[k];
+                }
             }
         }
     }
