@@ -98,13 +98,13 @@ void MotionSearch::find_anchors(const TileMap& tiles) noexcept {
 }
 
 // What of a level is searched, in its cells: what may move, and with a gaze only around it: the finest level inside the full
-// radius, the next one half-way to the coarse one, and the third inside that. A gaze that is no number is full effort.
+// radius, the next one inside the coarse one. A gaze that is no number is full effort.
 Box MotionSearch::effort(const Gaze* gaze, int level) const noexcept {
     const Field& f = forward_[static_cast<std::size_t>(level)];
     // Everything on a coarser level: it is small.
     Box box = level == 0 ? active_ : Box{0, 0, f.width, f.height};
-    constexpr float kPart[] = {0.0f, 0.5f, 1.0f};
-    if (gaze == nullptr || level >= 3 || level + 1 >= levels()) return box;
+    constexpr float kPart[] = {0.0f, 1.0f};
+    if (gaze == nullptr || level >= 2 || level + 1 >= levels()) return box;
     const float radius = gaze->full_radius_px + kPart[level] * (gaze->coarse_radius_px - gaze->full_radius_px);
     box = box.around(gaze->x_px, gaze->y_px, radius, cell_px_ << level);
     box.x0 = box.x0 / kStridePx * kStridePx;   // whole bands
