@@ -71,8 +71,8 @@ void check_graphics(Checks& out) {
     sort("GL_EXT_fragment_shading_rate", i.fragment_shading_rate);
     out.push_back({"foveation extensions", Verdict::ok, fmt::format("native: {}; done without: {}; {} samples at most", native.empty() ? "none" : native, emulated.empty() ? "none" : emulated, i.max_samples), ""});
     const foveation::DriverTraits& t = foveation::driver_traits();
-    const std::string probe = fmt::format("a masked pixel costs {:.0f} % of a shaded one by stencil, {:.0f} % by depth; masks by {}, resolve on the {}", 100 * t.stencil_cost, 100 * t.depth_cost,
-                                          t.depth_mask ? "depth" : "stencil", t.processor_resolve ? "processor" : "GPU");
+    const std::string probe = fmt::format("a masked pixel costs {:.0f} % of a shaded one by stencil, {:.0f} % by depth; masks by {}, resolve on the {} ({})", 100 * t.stencil_cost, 100 * t.depth_cost,
+                                          t.depth_mask ? "depth" : "stencil", t.processor_resolve ? "processor" : "GPU", t.origin);
     if (t.early_stencil || t.early_depth) out.push_back({"foveation probe", Verdict::ok, probe, ""});
     else out.push_back({"foveation probe", Verdict::warn, probe, "this driver shades what a mask hides: use the methods auto or inset_outset"});
 }

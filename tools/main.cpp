@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "render/foveation/driver_traits.hpp"
 #include "replay/output_file.hpp"
 #include "tools/commands.hpp"
 
@@ -42,6 +43,7 @@ int main(int argc, char** argv) {
     int exit_code = kSuccess;
     for (unsigned i = 0; i < kCommandCount; ++i) kCommands[i].add(app, &exit_code);
     clean_up_at_signals();
+    fovea::foveation::keep_driver_traits_in(fovea::foveation::traits_folder());
     try {
         app.parse(argc, argv);
     } catch (const CLI::ParseError& e) {

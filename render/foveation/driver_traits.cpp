@@ -4,13 +4,17 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <ctime>
 #include <map>
 #include <mutex>
 #include <string>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include "render/foveation/rate_map.hpp"
+#include "render/foveation/traits_file.hpp"
 #include "render/foveation/upsample.hpp"
 #include "render/gl/objects.hpp"
 
@@ -21,6 +25,7 @@ constexpr int kEdge_px = 256;       // of the probe's picture
 constexpr int kTiles = 64;          // along each edge of its shading-rate map
 constexpr int kRepeats = 3;         // the quickest counts
 constexpr double kEarly = 0.5;      // rejected before shading if it costs less than this of a shaded picture
+constexpr double kClear = 1.5;      // a finding is kept on disk if it is so far from turning
 
 constexpr std::string_view kVertex = R"(#version 310 es
 out highp vec2 uv;
@@ -70,12 +75,12 @@ double cost(bool software, Draw draw) {
     return std::max(best, 1e-9);
 }
 
-DriverTraits probe(bool software) {
-    DriverTraits t;
+std::optional<TraitsNumbers> probe(bool software) {
+    TraitsNumbers t;
     auto target = gl::RenderTarget::create({.width_px = kEdge_px, .height_px = kEdge_px});
     auto small = gl::RenderTarget::create({.width_px = kEdge_px / 4, .height_px = kEdge_px / 4});
     const auto heavy = gl::build_program("probe", kVertex, kHeavy), copy = gl::build_program("probe copy", kVertex, kCopy);
-    if (!target || !small || !heavy || !copy) return t;
+    if (!target || !small || !heavy || !copy) return std::nullopt;
     const gl::VertexArray arrays = gl::create_vertex_array();
     glBindVertexArray(arrays.name());
     glBindFramebuffer(GL_FRAMEBUFFER, target->framebuffer());
@@ -102,9 +107,6 @@ DriverTraits probe(bool software) {
     glDepthFunc(GL_LESS);               // fails everywhere
     t.depth_cost = cost(software, quad) / shaded;
     glDisable(GL_DEPTH_TEST);
-    t.early_stencil = t.stencil_cost < kEarly;
-    t.early_depth = t.depth_cost < kEarly;
-    t.depth_mask = !t.early_stencil && t.early_depth;
     if (software) {
         glUseProgram(copy->name());
         glActiveTexture(GL_TEXTURE0);
@@ -120,7 +122,6 @@ DriverTraits probe(bool software) {
             glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kEdge_px, kEdge_px, GL_RGBA, GL_UNSIGNED_BYTE, high.data());
         });
         t.resolve_ratio = processor / gpu;
-        t.processor_resolve = t.resolve_ratio < 1;
         glBindTexture(GL_TEXTURE_2D, 0);
     }
     if (auto map = RateMap::create(kTiles * kTiles)) {
@@ -134,24 +135,86 @@ DriverTraits probe(bool software) {
             map->read(kTiles, kTiles, rates);
         });
         t.rate_map_ratio = gpu / processor;
-        t.gpu_rate_map = t.rate_map_ratio < 1;
     }
     return t;
 }
 
+DriverTraits decide(const TraitsNumbers& n) {
+    DriverTraits t;
+    t.stencil_cost = n.stencil_cost;
+    t.depth_cost = n.depth_cost;
+    t.resolve_ratio = n.resolve_ratio;
+    t.rate_map_ratio = n.rate_map_ratio;
+    t.early_stencil = n.stencil_cost < kEarly;
+    t.early_depth = n.depth_cost < kEarly;
+    t.depth_mask = !t.early_stencil && t.early_depth;
+    t.processor_resolve = n.resolve_ratio > 0 && n.resolve_ratio < 1;
+    t.gpu_rate_map = n.rate_map_ratio > 0 && n.rate_map_ratio < 1;
+    return t;
+}
+
+// Measured in a busy moment, a close finding could be wrong for ever.
+bool clear_cut(const TraitsNumbers& n) {
+    const auto far = [](double value, double from) { return value == 0 || value * kClear < from || value > from * kClear; };
+    return far(n.stencil_cost, kEarly) && far(n.depth_cost, kEarly) && far(n.resolve_ratio, 1) && far(n.rate_map_ratio, 1);
+}
+
+std::string gl_text(GLenum name) {
+    const auto* text = reinterpret_cast<const char*>(glGetString(name));
+    return text != nullptr ? text : "";
+}
+
+std::mutex mutex;
+std::filesystem::path kept_in;
+
 }  // namespace
 
+void keep_driver_traits_in(std::filesystem::path folder) {
+    const std::scoped_lock lock(mutex);
+    kept_in = std::move(folder);
+}
+
+std::filesystem::path traits_folder() {
+    const auto named = [](const char* variable) -> std::filesystem::path {
+        const char* text = ::secure_getenv(variable);
+        return text != nullptr ? text : "";
+    };
+    if (const auto own = named("FOVEA_PROBE_CACHE"); !own.empty()) return own.is_absolute() ? own : std::filesystem::path{};
+    if (const auto cache = named("XDG_CACHE_HOME"); cache.is_absolute()) return cache / "fovea";
+    if (const auto home = named("HOME"); home.is_absolute()) return home / ".cache" / "fovea";
+    return {};
+}
+
+DriverTraits find_driver_traits(const std::filesystem::path& folder) {
+    const TraitsKey key{gl_text(GL_RENDERER), gl_text(GL_VERSION), FOVEA_VERSION, std::thread::hardware_concurrency()};
+    const std::filesystem::path file = folder.empty() ? folder : traits_file(folder, key);
+    std::string trouble;
+    if (!file.empty()) {
+        const TraitsRead known = read_traits(file, key);
+        if (known.numbers) {
+            DriverTraits t = decide(*known.numbers);
+            t.origin = "remembered in " + file.string();
+            return t;
+        }
+        if (!known.why_not.empty()) trouble = "; " + known.why_not;
+    }
+    bool software = false;
+    for (const char* name : {"llvmpipe", "softpipe", "swrast", "SwiftShader"}) software = software || key.renderer.find(name) != std::string::npos;
+    const auto numbers = probe(software);
+    DriverTraits t = numbers ? decide(*numbers) : DriverTraits{};
+    if (numbers && !file.empty() && clear_cut(*numbers))
+        if (const std::string why = write_traits(file, key, *numbers); !why.empty()) trouble += "; cannot be kept: " + why;
+    t.origin = (numbers ? "measured" : "not measured: the probe cannot draw") + trouble;
+    return t;
+}
+
 const DriverTraits& driver_traits() {
-    static std::mutex mutex;
     static std::map<std::string, DriverTraits> known;
     const std::scoped_lock lock(mutex);
-    const auto* text = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-    const std::string renderer = text != nullptr ? text : "";
+    const std::string renderer = gl_text(GL_RENDERER);
     const auto found = known.find(renderer);
     if (found != known.end()) return found->second;
-    bool software = false;
-    for (const char* name : {"llvmpipe", "softpipe", "swrast", "SwiftShader"}) software = software || renderer.find(name) != std::string::npos;
-    return known.emplace(renderer, probe(software)).first->second;
+    return known.emplace(renderer, find_driver_traits(kept_in)).first->second;
 }
 
 }  // namespace fovea::foveation

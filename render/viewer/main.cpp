@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <exception>
 
+#include "render/foveation/driver_traits.hpp"
 #include "render/viewer/viewer.hpp"
 
 namespace {
@@ -22,6 +23,7 @@ int main(int argc, char** argv) {
         int exit_code = kSuccess;
         const auto options = parse_options(argc, argv, &exit_code);
         if (!options) return exit_code;
+        fovea::foveation::keep_driver_traits_in(fovea::foveation::traits_folder());
         const auto summary = run(*options, stop);
         if (!summary) {
             std::fprintf(stderr, "fovea-view: %s\n", summary.error().error.message().c_str());

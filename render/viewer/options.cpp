@@ -86,6 +86,7 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
     app.add_flag("--json", o.json, "print the summary as JSON");
     app.add_flag("--progress", o.progress, "a progress line on stderr even when it is no terminal");
     app.add_flag("--quiet", o.quiet, "no progress line");
+    app.add_flag("--verbose", o.verbose, "say where what is known of the driver comes from (measured, or remembered in which file; $FOVEA_PROBE_CACHE names the folder, off: none)");
     app.footer(
         "Without a display it is simulated: photon times are computed from --refresh-hz and --scanout-ms.\n"
         "Exit codes: 0 success (also after Ctrl-C), 1 failed while running, 2 wrong usage, 3 unusable input, 4 no daemon.");

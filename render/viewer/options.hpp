@@ -37,7 +37,7 @@ struct Options {
     bool mouse = false;                 // the pointer is the gaze even if there is a tracker
     bool latch_early = false;           // before recording: the second-best case
     bool levels = false;                // shown from the start
-    bool wait = false, json = false, progress = false, quiet = false;
+    bool wait = false, json = false, progress = false, quiet = false, verbose = false;
 };
 
 // Nothing, and *exit_code set, when the program is done (help) or the arguments are wrong (already printed).

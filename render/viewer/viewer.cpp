@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "protocol/clock.hpp"
+#include "render/foveation/driver_traits.hpp"
 #include "render/viewer/controls.hpp"
 #include "render/viewer/eyes.hpp"
 #include "render/viewer/finish.hpp"
@@ -436,6 +437,8 @@ std::expected<Summary, Failure> run_in_one_context(const Options& options, const
     auto presenter = present::create_presenter(options.present, settings, time);
     if (!presenter) return failed(presenter.error());
     if (options.progress || windowed) std::fprintf(stderr, "fovea-view: display: %s, %s\n", std::string((*presenter)->name()).c_str(), (*presenter)->description().c_str());
+    if (options.verbose)
+        std::fprintf(stderr, "fovea-view: driver: %s; its probe: %s\n", (*presenter)->context().info().renderer.c_str(), foveation::driver_traits().origin.c_str());
     auto eyes = Eyes::create(options, time);
     if (!eyes) return std::unexpected(eyes.error());
     return Viewer(options, stop, time, *std::move(presenter), life, *std::move(eyes)).run();
