@@ -189,7 +189,9 @@ private:
             const std::string name{key.str()};
             const bool ours = std::ranges::any_of(config_keys(), [&](const ConfigKey& k) { return k.section == "source" && k.name == name; });
             if (ours) continue;
-            std::vector<std::string> legal = {"driver", "wait_for_client"};
+            std::vector<std::string> legal;
+            for (const ConfigKey& k : config_keys())
+                if (k.section == "source") legal.push_back(k.name);
             if (driver != nullptr)
                 for (const drivers::DeviceKey& k : driver->keys) legal.emplace_back(k.name);
             if (std::ranges::find(legal, name) == legal.end())

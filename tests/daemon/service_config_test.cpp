@@ -62,7 +62,7 @@ INSTANTIATE_TEST_SUITE_P(
         Wrong{"UnknownFilter", "[filter]\nname = \"butterworth\"\n", "x.toml:2:8", "'filter.name' cannot be \"butterworth\"", "one_euro"},
         Wrong{"UnknownDriver", "[source]\ndriver = \"reply\"\n", "x.toml:2:10", "unknown driver 'reply'", "did you mean 'replay'? legal drivers: replay, synthetic"},
         Wrong{"KeyOfAnotherDriver", "[source]\ndriver = \"synthetic\"\nspeed = 1.0\n", "x.toml:3:1",
-              "unknown key 'speed' in [source] of driver 'synthetic'", "legal keys: driver, wait_for_client, seed"},
+              "unknown key 'speed' in [source] of driver 'synthetic'", "legal keys: driver, wait_for_client, realtime_priority, rehearse, seed"},
         Wrong{"DriverKeyMisspelt", "[source]\npth = \"x\"\n", "x.toml:2:1", "unknown key 'pth' in [source] of driver 'replay'", "did you mean 'path'?"},
         Wrong{"DriverKeyOfWrongKind", "[source]\npath = [1]\n", "x.toml:2:8", "'source.path' must be text, a number, true or false", ""}),
     [](const auto& each) { return std::string(each.param.name); });
