@@ -70,6 +70,10 @@ Result<void> Recording::start(const std::filesystem::path& path, const drivers::
                               int samples_fd, bool from_oldest) {
     Result<SamplesReader> ring = SamplesReader::map(samples_fd);
     if (!ring) return std::unexpected(ring.error());
+    std::error_code none;
+    // A number is added to the name of a file only; a path that ends in a slash has no name.
+    if (!path.has_filename() || (std::filesystem::exists(path, none) && !std::filesystem::is_regular_file(path, none)))
+        return fail("this is no session file that could be written", path.string(), "name a file that does not exist yet, e.g. session.fovea");
     const std::filesystem::path free = free_path(path);
     replay::RecorderOptions options;
     options.info.device = device.name;
