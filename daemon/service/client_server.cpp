@@ -22,6 +22,7 @@ using asio::posix::stream_descriptor;
 
 constexpr auto kHelloWithin = std::chrono::seconds(1);   // libfovea sends it at once
 constexpr std::size_t kGreetingsPerUser = 64;  // so that one user cannot keep the others out; more than connect at once
+constexpr int kAcceptAtOnce = 16;   // then the heartbeat and the other sockets have their turn, however many still knock
 constexpr auto kAcceptPause = std::chrono::milliseconds(100);  // after accept() failed, e.g. for want of descriptors
 
 bool contains(const std::vector<std::int64_t>& ids, std::uint64_t id) {
@@ -94,7 +95,7 @@ struct ClientServer::State : std::enable_shared_from_this<State> {
     }
 
     void accept() {
-        for (;;) {
+        for (int accepted = 0; accepted < kAcceptAtOnce; ++accepted) {
             const int fd = ::accept4(acceptor.native_handle(), nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
             if (fd >= 0) {
                 greet(fd);
@@ -108,6 +109,7 @@ struct ClientServer::State : std::enable_shared_from_this<State> {
                 if (auto self = weak.lock(); self && !error) self->accept_next();
             });
         }
+        accept_next();
     }
 
     void greet(int fd) {

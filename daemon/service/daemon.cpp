@@ -130,11 +130,20 @@ struct Daemon::State {
             if (rate_from != Instant{}) rate_hz = static_cast<double>(count - rate_count) / to_seconds(now - rate_from);
             rate_from = now;
             rate_count = count;
+            tell_recording_fault();
         }
         tick_timer.expires_after(clients->size() == 0 ? kHeartbeatPeriod : std::min(parts.config.server.heartbeat, kHeartbeatPeriod));
         tick_timer.async_wait([this](auto error) {
             if (!error) tick();
         });
+    }
+
+    // Once per recording, when it begins to fail: a disk that is full should be known before the end.
+    void tell_recording_fault() {
+        if (!parts.recorder_status) return;
+        const RecorderStatus r = parts.recorder_status();
+        if (r.error.empty()) recording_fault_told = false;
+        else if (!std::exchange(recording_fault_told, true)) spdlog::error("recording: {}; what cannot be written is counted as lost", r.error);
     }
 
     void clients_changed() {
@@ -232,6 +241,9 @@ struct Daemon::State {
             new_pipeline |= !fixed && !source && !key.starts_with("server.") && !key.starts_with("log.");
             (fixed ? needs_restart : applied).push_back(key);
         }
+        // What cannot be taken over stays as it is in effect, and so is named by every reload until the restart.
+        for (const ConfigKey& key : config_keys())
+            if (std::ranges::find(needs_restart, key.section + "." + key.name) != needs_restart.end()) key.set(*fresh, key.get(parts.config));
         new_pipeline |= !fresh->calibration.empty();  // the person may have calibrated anew, into the same file
         Config before = std::exchange(parts.config, std::move(*fresh));
         if (Result<void> ok = apply(new_pipeline, new_source); !ok) {
@@ -240,6 +252,7 @@ struct Daemon::State {
             return error_json(ok.error());
         }
         clients->set_rules(rules_of(parts.config.server));
+        if (auto ok = focus_endpoint.set_mode(socket_mode(parts.config.server)); !ok) spdlog::error("{}", ok.error().message());
         if (parts.set_log_level) parts.set_log_level(parts.config.log.level);
         if (parts.config_changed) parts.config_changed(parts.config);
         spdlog::info("config reloaded: {} keys changed, {} need a restart", applied.size(), needs_restart.size());
@@ -306,7 +319,7 @@ struct Daemon::State {
     Published published_before;
     std::uint64_t loop_number = 0;
     SourceState said = SourceState::waiting;
-    bool begun = false, was_ready = false, lingering = false;
+    bool begun = false, was_ready = false, lingering = false, recording_fault_told = false;
     Daemon::End end = Daemon::End::stopped;
     Error failure;
     Instant rate_from{};

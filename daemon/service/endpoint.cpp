@@ -17,16 +17,24 @@ constexpr const char* kElsewhere = "choose a folder that you may write with --ru
 
 std::string lock_path(const std::string& path) { return path + ".lock"; }
 
-Result<void> make_folder(const std::filesystem::path& folder) {
+// Who is let in by the socket must reach it: the folder may then be passed through, though not read.
+mode_t folder_mode(mode_t socket_mode) { return (socket_mode & 0077) != 0 ? 0711 : 0700; }
+
+Result<void> make_folder(const std::filesystem::path& folder, mode_t mode, std::vector<std::string>& made) {
     if (folder.empty()) return {};
     struct stat s {};
     if (::stat(folder.c_str(), &s) == 0) {
         if (S_ISDIR(s.st_mode)) return {};
         return fail("this is not a folder", folder.string(), kElsewhere);
     }
-    if (auto ok = make_folder(folder.parent_path()); !ok) return ok;
-    if (::mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST)
+    if (auto ok = make_folder(folder.parent_path(), mode, made); !ok) return ok;
+    if (::mkdir(folder.c_str(), 0700) != 0) {
+        if (errno == EEXIST) return {};
         return fail_errno("cannot make the folder", errno, folder.string(), kElsewhere);
+    }
+    made.push_back(folder.string());
+    if (::chmod(folder.c_str(), mode) != 0)   // whatever the umask is
+        return fail_errno("cannot set the permissions of the folder", errno, folder.string(), kElsewhere);
     return {};
 }
 
@@ -66,9 +74,9 @@ Result<Endpoint> Endpoint::listen(const std::string& path, int type, mode_t mode
         return fail("a socket path has 1 to 107 bytes, this one " + std::to_string(path.size()), path,
                     "choose a shorter --run-dir");
     std::memcpy(address.sun_path, path.c_str(), path.size() + 1);
-    if (auto ok = make_folder(std::filesystem::path(path).parent_path()); !ok) return std::unexpected(ok.error());
-
     Endpoint endpoint;
+    if (auto ok = make_folder(std::filesystem::path(path).parent_path(), folder_mode(mode), endpoint.made_folders_); !ok)
+        return std::unexpected(ok.error());
     endpoint.path_ = path;
     Result<UniqueFd> lock = take_lock(lock_path(path), path);
     if (!lock) return std::unexpected(lock.error());
@@ -96,6 +104,16 @@ Result<Endpoint> Endpoint::listen(const std::string& path, int type, mode_t mode
     }
     if (::listen(endpoint.socket_.get(), SOMAXCONN) != 0) return fail_errno("cannot listen", errno, path);
     return endpoint;
+}
+
+Result<void> Endpoint::set_mode(mode_t mode) const {
+    struct stat there {};
+    if (::lstat(path_.c_str(), &there) != 0 || there.st_dev != device_ || there.st_ino != inode_ || ::chmod(path_.c_str(), mode) != 0)
+        return fail("cannot set the permissions of the socket", path_, "restart fovead");
+    for (const std::string& folder : made_folders_)
+        if (::chmod(folder.c_str(), folder_mode(mode)) != 0)
+            return fail_errno("cannot set the permissions of the folder", errno, folder, "restart fovead");
+    return {};
 }
 
 Endpoint::~Endpoint() {

@@ -11,6 +11,7 @@
 #include <sys/types.h>
 
 #include <string>
+#include <vector>
 
 #include "protocol/error.hpp"
 #include "protocol/unique_fd.hpp"
@@ -19,8 +20,8 @@ namespace fovea::service {
 
 class Endpoint {
 public:
-    // `type`: SOCK_SEQPACKET or SOCK_STREAM. `mode`: permissions of the socket file. Missing folders are made for the
-    // user alone (0700). The error's `what` begins with kInUse when another process serves the path.
+    // `type`: SOCK_SEQPACKET or SOCK_STREAM. `mode`: permissions of the socket file. Missing folders are made: for the
+    // user alone (0700), or to be passed through (0711) where `mode` admits others. The error's `what` begins with kInUse when another process serves the path.
     [[nodiscard]] static Result<Endpoint> listen(const std::string& path, int type, mode_t mode);
     static constexpr const char* kInUse = "another fovead";
 
@@ -28,12 +29,15 @@ public:
     Endpoint& operator=(Endpoint&&) = delete;
     ~Endpoint();
 
+    // Other permissions of the socket file, and of the folders that listen() made, from now on.
+    [[nodiscard]] Result<void> set_mode(mode_t mode) const;
     [[nodiscard]] int fd() const noexcept { return socket_.get(); }   // non-blocking, close-on-exec
     [[nodiscard]] const std::string& path() const noexcept { return path_; }
 
 private:
     Endpoint() = default;
     std::string path_;
+    std::vector<std::string> made_folders_;
     UniqueFd lock_, socket_;
     dev_t device_ = 0;   // of the socket file that is ours to remove
     ino_t inode_ = 0;

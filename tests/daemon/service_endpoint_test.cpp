@@ -12,6 +12,9 @@
 #include <fstream>
 #include <thread>
 
+#include <boost/asio/io_context.hpp>
+
+#include "daemon/service/client_server.hpp"
 #include "tests/daemon/daemon_process.hpp"
 
 namespace fovea::service {
@@ -54,6 +57,49 @@ TEST(Endpoint, ListensAndRemovesWhatItMade) {
         EXPECT_EQ(s.st_mode & 0777, 0600u);
     }
     EXPECT_THAT(folder.names(), ElementsAre());
+}
+
+unsigned mode_of(const std::string& path) {
+    struct stat s {};
+    return ::stat(path.c_str(), &s) == 0 ? s.st_mode & 0777 : 0;
+}
+
+TEST(Endpoint, AFolderThatItMakesLetsThroughWhomTheSocketAdmits) {
+    const TemporaryFolder folder;
+    const std::string path = folder / "run/fovea/s";
+    const Result<Endpoint> e = listen(path);
+    ASSERT_TRUE(e) << e.error().message();
+    EXPECT_EQ(mode_of(folder / "run"), 0700u);
+    EXPECT_EQ(mode_of(folder / "run/fovea"), 0700u);
+    ASSERT_TRUE(e->set_mode(0666));
+    EXPECT_EQ(mode_of(path), 0666u);
+    EXPECT_EQ(mode_of(folder / "run"), 0711u);
+    EXPECT_EQ(mode_of(folder / "run/fovea"), 0711u);
+    const Result<Endpoint> open = listen(folder / "open/s", 0666);
+    ASSERT_TRUE(open) << open.error().message();
+    EXPECT_EQ(mode_of(folder / "open"), 0711u);
+    EXPECT_EQ(mode_of(folder.path()), 0700u) << "one that was there stays as it was";
+}
+
+TEST(ClientServer, AcceptsFewAtOnceSoThatAFloodKeepsNobodyWaiting) {
+    const TemporaryFolder folder;
+    const Result<Endpoint> endpoint = listen(folder / "s");
+    ASSERT_TRUE(endpoint);
+    Result<SamplesPublisher> samples = SamplesPublisher::create({}, 1);
+    ASSERT_TRUE(samples);
+    const SystemTime time;
+    boost::asio::io_context io{1};
+    ClientServer server(io, *endpoint, {.focus_fd = -1, .samples = *samples}, {}, time, [] {});
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    std::strcpy(address.sun_path, endpoint->path().c_str());
+    std::vector<UniqueFd> flood;
+    for (int i = 0; i < 100; ++i) {
+        flood.emplace_back(::socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+        ASSERT_EQ(::connect(flood.back().get(), reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+    }
+    ASSERT_EQ(io.run_one(), 1u);
+    EXPECT_EQ(server.counters().refused, 0u) << "one turn took in more than the 64 that may wait with a greeting";
 }
 
 TEST(Endpoint, RefusesTheSecondOwnerAndKeepsTheFirst) {
