@@ -105,6 +105,14 @@ struct Framebuffer {
     }
 };
 
+// A glBufferSubData that is put off; the data lies in the log.
+struct LateUpload {
+    GLuint buffer = 0;
+    GLintptr offset = 0;
+    GLsizeiptr size = 0;
+    const std::byte* data = nullptr;
+};
+
 // What drawing to the framebuffer bound for drawing means.
 struct DrawTarget {
     enum class Kind { plain, framebuffer, texture, incomplete, automatic, views };
@@ -164,6 +172,7 @@ public:
     [[nodiscard]] bool begin(Op op, Probe probe, GLenum mode = GL_TRIANGLES, GLsizei count = -1) {
         if (!allowed(op)) return false;
         keep_driver_error();
+        if (op == Op::draw && !late_uploads_.empty()) record_late_uploads();
         probe();
         if (const GLenum error = driver_error(); error != GL_NO_ERROR) return raise(error), false;
         if (lost_) return lose(), false;
@@ -215,6 +224,8 @@ public:
     // Uploads: a buffer of the layer that holds a part of the program's as it is now, until the next submission is over.
     [[nodiscard]] bool has_draws() const noexcept { return batch_.drew; }
     [[nodiscard]] GLuint keep_buffer(GLuint buffer, GLintptr offset, GLsizeiptr size);
+    void put_off(const LateUpload& upload) { late_uploads_.push_back(upload); }
+    void record_late_uploads();  // a draw follows: each level's run begins before them
     [[nodiscard]] bool buffer_storage() const noexcept { return buffer_storage_; }
 
     // Made by the first extrapolation.
@@ -300,6 +311,7 @@ private:
     [[nodiscard]] Targets* targets_for(const TargetShape& shape, Pass& pass);
     void save_for_own_drawing(Undo& own) const;
     void drop_kept_buffers();
+    void make_late_uploads();  // the draws before them have run
     void set_for_own_drawing() const;
     [[nodiscard]] static ProgramFacts ask_program(GLuint program, GLint version);
 
@@ -342,6 +354,7 @@ private:
     std::unique_ptr<render::extrapolation::GlExtrapolator> extrapolator_;
     std::uint64_t frame_ = 1;
     std::vector<GLuint> deletions_, kept_buffers_;
+    std::vector<LateUpload> late_uploads_;  // after the last recorded draw
     std::unordered_map<GLuint, ProgramFacts> facts_;
     ProgramFacts pipeline_facts_;
 

@@ -38,6 +38,7 @@ void Context::lose() {
     if (!active_) return;
     active_ = recording_ = auto_ = false;
     if (t_recording == this) t_recording = nullptr;
+    late_uploads_.clear();
     log_.clear();
     undo_.clear();
     deletions_.clear();

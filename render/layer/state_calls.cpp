@@ -198,7 +198,7 @@ void GL_APIENTRY layer_glEndQuery(GLenum target) {
 void GL_APIENTRY layer_glBeginTransformFeedback(GLenum mode) {
     Context* c = t_context;
     if (!c || !c->active()) return gl.BeginTransformFeedback(mode);
-    c->before_submit(Call::BeginTransformFeedback);
+    c->before_forget(Call::BeginTransformFeedback);  // what is replayed inside must not change the program that captures
     gl.BeginTransformFeedback(mode);
     if (get_integer(GL_TRANSFORM_FEEDBACK_ACTIVE)) c->begin_feedback();
 }

@@ -65,6 +65,7 @@ void Context::submit(Call call) {
     }
     if (target_.views > 1) attach_view(0);
     view_ = 0;
+    make_late_uploads();
     drop_errors();  // the program has had those of its own calls already
     log_.clear();
     undo_.clear();

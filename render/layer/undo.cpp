@@ -273,23 +273,44 @@ void Undo::save_vertex_array() {
     pieces_.emplace_back([array] { gl.BindVertexArray(array); });
 }
 
+// An attribute and the binding point of the same number: glVertexAttribPointer sets both.
 void Undo::save_attrib(GLuint index) {
     const GLuint array = get_name(GL_VERTEX_ARRAY_BINDING);
     if (index > 255 || !first(kAttrib, array, index)) return;
     struct Saved {
         GLint enabled, size, type, normalized, stride, integer, divisor, buffer;
         void* pointer;
+        // Differ from the above in an array object only, where formats and bindings were set by themselves.
+        bool apart;
+        GLuint relative_offset, binding, bound;
+        GLint64 offset;
+        GLint bound_stride, bound_divisor;
     } s{};
     const auto get = [index](GLenum name) {
         GLint v = 0;
         gl.GetVertexAttribiv(index, name, &v);
         return v;
     };
+    const auto get_binding = [index](GLenum name) {
+        GLint v = 0;
+        gl.GetIntegeri_v(name, index, &v);
+        return v;
+    };
     s = {get(GL_VERTEX_ATTRIB_ARRAY_ENABLED), get(GL_VERTEX_ATTRIB_ARRAY_SIZE), get(GL_VERTEX_ATTRIB_ARRAY_TYPE),
          get(GL_VERTEX_ATTRIB_ARRAY_NORMALIZED), get(GL_VERTEX_ATTRIB_ARRAY_STRIDE),
          get(GL_VERTEX_ATTRIB_ARRAY_INTEGER), get(GL_VERTEX_ATTRIB_ARRAY_DIVISOR),
-         get(GL_VERTEX_ATTRIB_ARRAY_BUFFER_BINDING), nullptr};
+         get(GL_VERTEX_ATTRIB_ARRAY_BUFFER_BINDING), nullptr, false, 0, index, 0, 0, 0, 0};
     gl.GetVertexAttribPointerv(index, GL_VERTEX_ATTRIB_ARRAY_POINTER, &s.pointer);
+    if (array != 0) {
+        s.relative_offset = static_cast<GLuint>(get(GL_VERTEX_ATTRIB_RELATIVE_OFFSET));
+        s.binding = static_cast<GLuint>(get(GL_VERTEX_ATTRIB_BINDING));
+        s.bound = static_cast<GLuint>(get_binding(GL_VERTEX_BINDING_BUFFER));
+        gl.GetInteger64i_v(GL_VERTEX_BINDING_OFFSET, index, &s.offset);
+        s.bound_stride = get_binding(GL_VERTEX_BINDING_STRIDE);
+        s.bound_divisor = get_binding(GL_VERTEX_BINDING_DIVISOR);
+        s.apart = s.relative_offset != 0 || s.binding != index || s.bound != static_cast<GLuint>(s.buffer) ||
+                  s.offset != static_cast<GLint64>(reinterpret_cast<std::uintptr_t>(s.pointer)) || (s.stride != 0 && s.stride != s.bound_stride);
+    }
     pieces_.emplace_back([=] {
         const GLuint bound_array = get_name(GL_VERTEX_ARRAY_BINDING), bound = get_name(GL_ARRAY_BUFFER_BINDING);
         gl.BindVertexArray(array);
@@ -302,6 +323,15 @@ void Undo::save_attrib(GLuint index) {
                                        s.stride, s.pointer);
         }
         gl.VertexAttribDivisor(index, static_cast<GLuint>(s.divisor));
+        if (s.apart) {
+            if (s.integer)
+                gl.VertexAttribIFormat(index, s.size, static_cast<GLenum>(s.type), s.relative_offset);
+            else
+                gl.VertexAttribFormat(index, s.size, static_cast<GLenum>(s.type), static_cast<GLboolean>(s.normalized), s.relative_offset);
+            gl.VertexAttribBinding(index, s.binding);
+            gl.BindVertexBuffer(index, s.bound, static_cast<GLintptr>(s.offset), s.bound_stride);
+            gl.VertexBindingDivisor(index, static_cast<GLuint>(s.bound_divisor));
+        }
         s.enabled ? gl.EnableVertexAttribArray(index) : gl.DisableVertexAttribArray(index);
         gl.BindBuffer(GL_ARRAY_BUFFER, bound);
         gl.BindVertexArray(bound_array);

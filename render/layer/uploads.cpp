@@ -1,6 +1,10 @@
-// Buffer uploads between draws, without submitting: the data is copied into the record, and what the buffer held before
-// is kept in a buffer of the layer, so that each level's run begins with it.
+// Buffer uploads while draws are pending, without submitting. The data of glBufferSubData is copied, and the call put off:
 //
+//   glBufferSubData --no draw follows--> made once, when the pending draws have run (programs that prepare their next frame)
+//                   --a draw follows---> recorded: what the buffer held before is kept in a buffer of the layer, so that each
+//                                        level's run begins with it
+//
+// glBufferData changes what can be asked about the buffer, and is recorded at once.
 // Uploads of more than kLargest bytes submit instead: keeping them would cost more than the lateness is worth.
 #include "render/layer/context.hpp"
 
@@ -30,9 +34,27 @@ GLuint late_buffer(const Context& c, GLenum target, GLsizeiptr size) {
     const GLenum query = buffer_binding_query(target);
     if (query == 0 || c.captures() || size <= 0 || size > kLargest) return 0;
     const auto buffer = static_cast<GLuint>(get_integer(query));
-    if (buffer == 0 || buffer_value(target, GL_BUFFER_MAPPED) || buffer_value(target, GL_BUFFER_SIZE) > kLargest) return 0;
-    return buffer;
+    if (buffer == 0 || buffer_value(target, GL_BUFFER_MAPPED)) return 0;
+    return c.buffer_storage() && buffer_value(target, GL_BUFFER_IMMUTABLE_STORAGE_EXT) ? 0 : buffer;
 }
+
+// Writes into buffers by name; the binding comes back at the end.
+class NamedUploads {
+public:
+    ~NamedUploads() {
+        if (bound_ != before_) gl.BindBuffer(GL_COPY_WRITE_BUFFER, before_);
+    }
+    NamedUploads() = default;
+    NamedUploads(const NamedUploads&) = delete;
+    NamedUploads& operator=(const NamedUploads&) = delete;
+    void write(const LateUpload& u) {
+        if (u.buffer != bound_) gl.BindBuffer(GL_COPY_WRITE_BUFFER, bound_ = u.buffer);
+        gl.BufferSubData(GL_COPY_WRITE_BUFFER, u.offset, u.size, u.data);
+    }
+
+private:
+    GLuint before_ = static_cast<GLuint>(get_integer(GL_COPY_WRITE_BUFFER_BINDING)), bound_ = before_;
+};
 
 }  // namespace
 
@@ -54,6 +76,24 @@ void Context::drop_kept_buffers() {
     kept_buffers_.clear();
 }
 
+void Context::record_late_uploads() {
+    NamedUploads now;
+    for (const LateUpload& u : late_uploads_) {
+        const GLuint before = keep_buffer(u.buffer, u.offset, u.size);
+        undo_.custom([=] { copy_buffer(before, 0, u.buffer, u.offset, u.size); });
+        now.write(u);
+        log_.add([u](Replay&) { NamedUploads().write(u); });
+    }
+    late_uploads_.clear();
+}
+
+void Context::make_late_uploads() {
+    if (late_uploads_.empty()) return;
+    NamedUploads now;
+    for (const LateUpload& u : late_uploads_) now.write(u);
+    late_uploads_.clear();
+}
+
 void GL_APIENTRY layer_glBufferSubData(GLenum target, GLintptr offset, GLsizeiptr size, const void* data) {
     Context* c = recording();
     if (!c || !c->has_draws()) return gl.BufferSubData(target, offset, size, data);
@@ -63,11 +103,7 @@ void GL_APIENTRY layer_glBufferSubData(GLenum target, GLintptr offset, GLsizeipt
         c->before_submit(Call::BufferSubData);
         return gl.BufferSubData(target, offset, size, data);
     }
-    const GLuint before = c->keep_buffer(buffer, offset, size);
-    c->undo().custom([=] { copy_buffer(before, 0, buffer, offset, size); });
-    gl.BufferSubData(target, offset, size, data);
-    const auto* copy = c->log().copy(static_cast<const std::byte*>(data), static_cast<std::size_t>(size));
-    c->log().add([=](Replay&) { gl.BufferSubData(target, offset, size, copy); });
+    c->put_off({buffer, offset, size, c->log().copy(static_cast<const std::byte*>(data), static_cast<std::size_t>(size))});
     c->end();
 }
 
@@ -75,12 +111,11 @@ void GL_APIENTRY layer_glBufferData(GLenum target, GLsizeiptr size, const void* 
     Context* c = recording();
     if (!c || !c->has_draws()) return gl.BufferData(target, size, data, usage);
     const GLuint buffer = late_buffer(*c, target, size);
-    GLint immutable = 0;
-    if (buffer != 0 && c->buffer_storage()) gl.GetBufferParameteriv(target, GL_BUFFER_IMMUTABLE_STORAGE_EXT, &immutable);
-    if (buffer == 0 || immutable) {
+    if (buffer == 0 || buffer_value(target, GL_BUFFER_SIZE) > kLargest) {
         c->before_submit(Call::BufferData);
         return gl.BufferData(target, size, data, usage);
     }
+    c->record_late_uploads();  // the new contents come after them
     const auto old_usage = static_cast<GLenum>(buffer_value(target, GL_BUFFER_USAGE));
     const GLsizeiptr old_size = buffer_value(target, GL_BUFFER_SIZE);
     const GLuint before = old_size > 0 ? c->keep_buffer(buffer, 0, old_size) : 0;

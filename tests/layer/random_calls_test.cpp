@@ -5,9 +5,11 @@
 // FOVEA_LAYER_FIRST_SEED from which on.
 #include <cstdlib>
 #include <cstring>
+#include <optional>
 #include <random>
 
 #include "tests/layer/layer_test.hpp"
+#include "tests/layer/random_objects.hpp"
 
 namespace fovea::layer_test {
 namespace {
@@ -20,7 +22,9 @@ int calls() {
 
 struct Outcome {
     std::vector<GLenum> errors;
+    std::vector<std::string> steps;
     std::vector<GLint> state;
+    std::vector<std::uint32_t> answers;
     Picture picture;
 };
 
@@ -59,6 +63,10 @@ public:
         for (float& v : client_) v = real(-1.2f, 1.2f);
     }
 
+    [[nodiscard]] std::mt19937& random() { return random_; }
+    [[nodiscard]] const std::string& last() const { return last_; }  // the kind of the last step
+    void add_objects(RandomObjects& objects) { objects_ = &objects; }
+
     void step() {
         const auto f = [this] { return real(0, 1); };
         static constexpr GLenum kCaps[] = {GL_BLEND, GL_CULL_FACE, GL_DEPTH_TEST, GL_SCISSOR_TEST, GL_DITHER, GL_POLYGON_OFFSET_FILL,
@@ -68,7 +76,10 @@ public:
         static constexpr GLenum kModes[] = {GL_TRIANGLES, GL_TRIANGLE_STRIP, GL_TRIANGLE_FAN, GL_TRIANGLES, GL_TRIANGLES, 0x4321};
         const GLenum mode = one_of(kModes);
         if (wide_ && pick(3) == 0) return wide_step(mode);
-        switch (pick(34)) {
+        if (objects_ && pick(2) == 0) return last_ = objects_->step(mode), void();
+        const int kind = pick(34);
+        last_ = "common " + std::to_string(kind);
+        switch (kind) {
             case 0: {
                 const GLenum cap = one_of(kCaps);
                 if (cap == GL_STENCIL_TEST && !stencil_) break;
@@ -193,7 +204,9 @@ private:
     void wide_step(GLenum mode) {
         const auto f = [this] { return real(0, 1); };
         const auto offset = [](int bytes) { return reinterpret_cast<const void*>(static_cast<std::uintptr_t>(bytes)); };
-        switch (pick(26)) {
+        const int kind = pick(26);
+        last_ = "wide " + std::to_string(kind);
+        switch (kind) {
             case 0: glBlendColor(f(), f(), f(), f()); break;
             case 1: {
                 static constexpr GLenum kEquations[] = {GL_FUNC_ADD, GL_FUNC_SUBTRACT, GL_FUNC_REVERSE_SUBTRACT, GL_MIN, GL_MAX, 0x1234};
@@ -303,23 +316,36 @@ private:
 
     std::mt19937 random_;
     bool stencil_, wide_, depth_ = true, query_on_ = false;
+    RandomObjects* objects_ = nullptr;
+    std::string last_;
     GLuint programs_[2];
     Surface target_, other_;
     GLuint buffers_[2] = {}, arrays_[2] = {}, textures_[2] = {}, indices_ = 0, indirect_ = 0, query_ = 0, sampler_ = 0;
     float client_[64] = {};
 };
 
+// Which step gave another error.
+std::string first_difference(const Outcome& a, const Outcome& b) {
+    for (std::size_t i = 0; i < a.steps.size(); ++i)
+        if (a.errors[i] != b.errors[i])
+            return ", step " + std::to_string(i) + " (" + a.steps[i] + "): " + std::to_string(a.errors[i]) + ", " + std::to_string(b.errors[i]);
+    return ", at the end";
+}
+
 }  // namespace
 
 class RandomCalls : public LayerTest {
 protected:
+    enum class Kinds { common, wide, objects };
     enum class Target { plain, rebound, gain_zero, foveated };  // rebound: plain, with the program bound again before each call
-    Outcome run(unsigned seed, Target kind, bool stencil, bool depth, bool wide = false) {
-        const EGLContext own = make_context();
+    Outcome run(unsigned seed, Target kind, bool stencil, bool depth, Kinds kinds = Kinds::common) {
+        const EGLContext own = make_context(), second = kinds == Kinds::objects ? make_context(own) : EGL_NO_CONTEXT;
         use(own);
+        const bool wide = kinds != Kinds::common;
         const char* vertex = "#version 310 es\nlayout(location = 0) in vec2 p; layout(location = 1) in vec4 c; uniform float depth; uniform vec2 shift[3];\n"
                              "out vec4 v; out vec2 at; void main() { v = c; at = p; gl_Position = vec4(p + shift[0] * 0.2 - shift[2] * 0.2, depth, 1); }";
-        const GLuint plain_program = program(vertex, "#version 310 es\nprecision highp float; in vec4 v; in vec2 at; uniform vec4 tint; uniform sampler2D image;\n"
+        const Programs with_objects = second == EGL_NO_CONTEXT ? Programs{} : object_programs();
+        const GLuint plain_program = second != EGL_NO_CONTEXT ? with_objects.plain : program(vertex, "#version 310 es\nprecision highp float; in vec4 v; in vec2 at; uniform vec4 tint; uniform sampler2D image;\n"
                                                      "out vec4 c; void main() { c = fract(v * 0.3 + tint + texture(image, at)); }");
         const GLuint counting = program(vertex, "#version 310 es\nprecision highp float; in vec4 v; uniform vec4 tint; layout(binding = 0) uniform atomic_uint n;\n"
                                                 "out vec4 c; void main() { atomicCounterIncrement(n); c = tint; }");
@@ -329,8 +355,21 @@ protected:
         const GLuint zero = 0;
         glBufferData(GL_ATOMIC_COUNTER_BUFFER, 4, &zero, GL_DYNAMIC_COPY);
         const Surface other = surface(32, 32), s = surface(kSize, kSize, depth);
-        RandomProgram random(seed, stencil, wide, plain_program, stencil || !depth ? counting : plain_program);
+        RandomProgram random(seed, stencil, wide, plain_program, stencil || !depth ? (second != EGL_NO_CONTEXT ? with_objects.storing : counting) : plain_program);
+        std::optional<RandomObjects> objects;
         if (!depth) random.no_depth();
+        if (second != EGL_NO_CONTEXT) {
+            const GLuint second_color = texture(kSize, kSize);
+            glBindFramebuffer(GL_FRAMEBUFFER, s.framebuffer);
+            glFramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_TEXTURE_2D, second_color, 0);
+            objects.emplace(random.random(), with_objects, kind != Target::foveated);
+            objects->set_up(s, second_color, [&](const std::function<void()>& what) {
+                use(second);
+                what();
+                use(own);
+            });
+            random.add_objects(*objects);
+        }
         random.set_up(s, other);  // before the layer has names of its own: the program's are the same then
         if (kind == Target::gain_zero || kind == Target::foveated) foveate(s);
         if (kind == Target::foveated) focus(s, 0.1f, -0.2f, 5);
@@ -340,16 +379,38 @@ protected:
             if (kind == Target::rebound) bind_again();
             random.step();
             outcome.errors.push_back(glGetError());
+            outcome.steps.push_back(random.last());
         }
         random.end();
         outcome.errors.push_back(glGetError());
         outcome.state = random.state();
         outcome.picture = read(s);
+        if (objects) objects->end(), outcome.answers = std::move(objects->answers);
         outcome.errors.push_back(glGetError());
         use(context);
-        eglDestroyContext(display, own);
-        contexts.pop_back();
+        for (const EGLContext c : {second, own})
+            if (c != EGL_NO_CONTEXT) eglDestroyContext(display, c), contexts.pop_back();
         return outcome;
+    }
+    using Programs = RandomObjects::Programs;
+    // All but the computing one write two colours.
+    Programs object_programs() {
+        const char* vertex = "#version 310 es\nlayout(location = 0) in vec2 p; layout(location = 1) in vec4 c; uniform float depth; uniform vec2 shift[3];\n"
+                             "layout(std140, binding = 1) uniform Block { vec4 place; }; out vec4 v; out vec2 at;\n"
+                             "void main() { v = c; at = p; gl_Position = vec4(p + shift[0] * 0.2 - shift[2] * 0.2 + place.xy * 0.1, depth, 1); }";
+        const char* fragment = "#version 310 es\nprecision highp float; in vec4 v; in vec2 at; uniform vec4 tint; uniform sampler2D image;\n"
+                               "layout(location = 0) out vec4 c; layout(location = 1) out vec4 d;\n"
+                               "void main() { c = fract(v * 0.3 + tint + texture(image, at)); d = fract(tint + c.yzwx); }";
+        const char* storing = "#version 310 es\nprecision highp float; in vec4 v; in vec2 at; uniform vec4 tint; layout(std430, binding = 0) buffer Store { uint n[4]; };\n"
+                              "layout(location = 0) out vec4 c; layout(location = 1) out vec4 d; void main() { atomicAdd(n[0], 1u); c = tint; d = v; }";
+        const char* computing = "#version 310 es\nlayout(local_size_x = 4) in; layout(std430, binding = 0) buffer Store { uint n[]; };\n"
+                                "void main() { n[gl_LocalInvocationIndex] ^= 0x00400000u; }";
+        return {.plain = program(vertex, fragment),
+                .capturing = link({{GL_VERTEX_SHADER, vertex}, {GL_FRAGMENT_SHADER, fragment}}, "at"),
+                .storing = program(vertex, storing),
+                .computing = link({{GL_COMPUTE_SHADER, computing}}),
+                .vertex_stage = glCreateShaderProgramv(GL_VERTEX_SHADER, 1, &vertex),
+                .fragment_stage = glCreateShaderProgramv(GL_FRAGMENT_SHADER, 1, &fragment)};
     }
     static void bind_again() {
         GLint used = 0;
@@ -363,17 +424,17 @@ protected:
         const char* many = std::getenv("FOVEA_LAYER_SEEDS");
         const unsigned count = many ? static_cast<unsigned>(std::atoi(many)) : standard;
         const char* from = std::getenv("FOVEA_LAYER_FIRST_SEED");
-        const unsigned first = from ? static_cast<unsigned>(std::atoi(from)) : 1;
-        for (const unsigned found : {94u, 276u}) test(found);  // failed once
+        const unsigned first = from ? static_cast<unsigned>(std::atoi(from)) : 2;
+        for (const unsigned found : {94u, 276u, 1u}) test(found);  // failed once
         for (unsigned seed = first; seed < first + count && !HasFatalFailure(); ++seed) test(seed);
     }
 };
 
 TEST_F(RandomCalls, WithGainZeroEverythingIsThePlainDrivers) {
-    for_seeds(25, [this](unsigned seed) {
+    for_seeds(22, [this](unsigned seed) {
         const bool depth = seed % 4 != 0;
         const Outcome plain = run(seed, Target::plain, depth, depth), layer = run(seed, Target::gain_zero, depth, depth);
-        ASSERT_EQ(plain.errors, layer.errors) << "seed " << seed;
+        ASSERT_EQ(plain.errors, layer.errors) << "seed " << seed << first_difference(plain, layer);
         ASSERT_EQ(plain.state, layer.state) << "seed " << seed;
         // Mesa 22.3 draws one sequence in some thousand (seed 2507) otherwise when the program in use is bound again in
         // between, as a replay does; without the layer too.
@@ -382,20 +443,43 @@ TEST_F(RandomCalls, WithGainZeroEverythingIsThePlainDrivers) {
 }
 
 TEST_F(RandomCalls, OfMoreKindsAreThePlainDriversAtGainZero) {
-    for_seeds(10, [this](unsigned seed) {
+    for_seeds(9, [this](unsigned seed) {
         const bool depth = seed % 4 != 0;
-        const Outcome plain = run(seed, Target::plain, depth, depth, true), layer = run(seed, Target::gain_zero, depth, depth, true);
-        ASSERT_EQ(plain.errors, layer.errors) << "seed " << seed;
+        const Outcome plain = run(seed, Target::plain, depth, depth, Kinds::wide), layer = run(seed, Target::gain_zero, depth, depth, Kinds::wide);
+        ASSERT_EQ(plain.errors, layer.errors) << "seed " << seed << first_difference(plain, layer);
         ASSERT_EQ(plain.state, layer.state) << "seed " << seed;
-        ASSERT_TRUE(plain.picture == layer.picture || run(seed, Target::rebound, depth, depth, true).picture == layer.picture) << "seed " << seed;
+        ASSERT_TRUE(plain.picture == layer.picture || run(seed, Target::rebound, depth, depth, Kinds::wide).picture == layer.picture) << "seed " << seed;
+    });
+}
+
+TEST_F(RandomCalls, AboutObjectsAreThePlainDriversAtGainZero) {
+    for_seeds(2, [this](unsigned seed) {
+        const bool depth = seed % 4 != 0;
+        const auto run_on = [&](Target target) { return run(seed, target, depth, depth, Kinds::objects); };
+        const Outcome plain = run_on(Target::plain), layer = run_on(Target::gain_zero);
+        ASSERT_EQ(plain.errors, layer.errors) << "seed " << seed << first_difference(plain, layer);
+        ASSERT_EQ(plain.state, layer.state) << "seed " << seed;
+        const auto difference = [&layer](const Outcome& o) { return o.answers != layer.answers ? "answers" : o.picture != layer.picture ? "pictures" : ""; };
+        const std::string differ = difference(plain);
+        ASSERT_TRUE(differ.empty() || *difference(run_on(Target::rebound)) == '\0') << "seed " << seed << ": other " << differ;
+    });
+}
+
+// Errors, state and the contents of buffers that no fragment writes.
+TEST_F(RandomCalls, AboutObjectsAreThePlainDriversBesidesPixelsWithFoveation) {
+    for_seeds(2, [this](unsigned seed) {
+        const bool depth = seed % 2 == 0;
+        const Outcome plain = run(seed, Target::plain, depth, depth, Kinds::objects), layer = run(seed, Target::foveated, depth, depth, Kinds::objects);
+        ASSERT_EQ(plain.errors, layer.errors) << "seed " << seed << first_difference(plain, layer);
+        ASSERT_EQ(plain.state, layer.state) << "seed " << seed;
     });
 }
 
 TEST_F(RandomCalls, WithFoveationErrorsStateAndTheFoveaAreThePlainDrivers) {
-    for_seeds(25, [this](unsigned seed) {
+    for_seeds(22, [this](unsigned seed) {
         const bool depth = seed % 2 == 0, stencil = seed % 6 == 2;
         const Outcome plain = run(seed, Target::plain, stencil, depth), layer = run(seed, Target::foveated, stencil, depth);
-        ASSERT_EQ(plain.errors, layer.errors) << "seed " << seed;
+        ASSERT_EQ(plain.errors, layer.errors) << "seed " << seed << first_difference(plain, layer);
         ASSERT_EQ(plain.state, layer.state) << "seed " << seed;
         for (int y = 0; y < kSize; ++y)
             for (int x = 0; x < kSize; ++x)
