@@ -103,32 +103,47 @@ void Context::set_view(GLint view) {
     for (const auto& [program, location] : facts.view_uniforms) gl.ProgramUniform1ui(program, location, static_cast<GLuint>(view));
 }
 
+static void attach_views(Context& c, Call call, GLenum target, GLenum attachment, GLuint texture, GLint level, GLint base, GLsizei views) {
+    c.before_attach(call);
+    if (texture != 0) {
+        if (views < 1 || views > kMaxViews || base < 0) return c.raise(GL_INVALID_VALUE);
+        if (std::int64_t{base} + views > get_integer(GL_MAX_ARRAY_TEXTURE_LAYERS) - 1) return c.raise(GL_INVALID_VALUE);
+        Attachment a{.type = GL_TEXTURE, .name = texture};
+        c.keep_driver_error();
+        if (gl.IsTexture(texture)) find_target(a);
+        if (a.target != GL_TEXTURE_2D_ARRAY) return c.raise(GL_INVALID_OPERATION);
+    }
+    c.keep_driver_error();
+    gl.FramebufferTextureLayer(target, attachment, texture, level, texture ? base : 0);
+    if (const GLenum error = gl.GetError(); error != GL_NO_ERROR) return c.raise(error);
+    const GLuint name = target == GL_READ_FRAMEBUFFER ? c.read_framebuffer() : c.draw_framebuffer();
+    if (texture == 0) {
+        c.forget_views(target, attachment);
+    } else {
+        for (const GLenum point : points_of(attachment)) c.framebuffer(name).views[point] = {texture, level, base, views};
+    }
+    c.check_configured_attachments();
+}
+
 void GL_APIENTRY layer_glFramebufferTextureMultiviewOVR(GLenum target, GLenum attachment, GLuint texture, GLint level,
                                                         GLint base, GLsizei views) {
     Context* c = t_context;
-    if (!c || !c->active() || c->native().multiview) {
-        if (gl.FramebufferTextureMultiviewOVR) gl.FramebufferTextureMultiviewOVR(target, attachment, texture, level, base, views);
-        return;
+    if (c && c->active() && !c->native().multiview) return attach_views(*c, Call::FramebufferTextureMultiviewOVR, target, attachment, texture, level, base, views);
+    if (gl.FramebufferTextureMultiviewOVR) gl.FramebufferTextureMultiviewOVR(target, attachment, texture, level, base, views);
+}
+
+// For programs that ask for this function without asking for its extension, which the layer does not list: one sample.
+void GL_APIENTRY layer_glFramebufferTextureMultisampleMultiviewOVR(GLenum target, GLenum attachment, GLuint texture, GLint level,
+                                                                   GLsizei samples, GLint base, GLsizei views) {
+    Context* c = t_context;
+    if (gl.FramebufferTextureMultisampleMultiviewOVR && (!c || !c->active() || c->native().multiview)) {
+        const AttachmentWatch watch;
+        if (Context* e = engaged()) e->before_attach(Call::FramebufferTextureMultisampleMultiviewOVR);
+        return gl.FramebufferTextureMultisampleMultiviewOVR(target, attachment, texture, level, samples, base, views);
     }
-    c->before_attach(Call::FramebufferTextureMultiviewOVR);
-    if (texture != 0) {
-        if (views < 1 || views > kMaxViews || base < 0) return c->raise(GL_INVALID_VALUE);
-        if (std::int64_t{base} + views > get_integer(GL_MAX_ARRAY_TEXTURE_LAYERS) - 1) return c->raise(GL_INVALID_VALUE);
-        Attachment a{.type = GL_TEXTURE, .name = texture};
-        c->keep_driver_error();
-        if (gl.IsTexture(texture)) find_target(a);
-        if (a.target != GL_TEXTURE_2D_ARRAY) return c->raise(GL_INVALID_OPERATION);
-    }
-    c->keep_driver_error();
-    gl.FramebufferTextureLayer(target, attachment, texture, level, texture ? base : 0);
-    if (const GLenum error = gl.GetError(); error != GL_NO_ERROR) return c->raise(error);
-    const GLuint name = target == GL_READ_FRAMEBUFFER ? c->read_framebuffer() : c->draw_framebuffer();
-    if (texture == 0) {
-        c->forget_views(target, attachment);
-    } else {
-        for (const GLenum point : points_of(attachment)) c->framebuffer(name).views[point] = {texture, level, base, views};
-    }
-    c->check_configured_attachments();
+    if (!c || !c->active()) return;
+    if (samples < 0 || samples > get_integer(GL_MAX_SAMPLES)) return c->raise(GL_INVALID_VALUE);
+    attach_views(*c, Call::FramebufferTextureMultisampleMultiviewOVR, target, attachment, texture, level, base, views);
 }
 
 void GL_APIENTRY layer_glGetFramebufferAttachmentParameteriv(GLenum target, GLenum attachment, GLenum name, GLint* values) {

@@ -198,7 +198,7 @@ const EglRow kEglRows[] = {
 
 bool is_ours(const char* name) {
     return std::strcmp(name, "glFramebufferFoveationConfigQCOM") == 0 || std::strcmp(name, "glFramebufferTextureMultiviewOVR") == 0 ||
-            std::strcmp(name, "glExtrapolateTex2DQCOM") == 0 ||
+           std::strcmp(name, "glFramebufferTextureMultisampleMultiviewOVR") == 0 || std::strcmp(name, "glExtrapolateTex2DQCOM") == 0 ||
            std::strcmp(name, "glFramebufferFoveationParametersQCOM") == 0 || std::strcmp(name, "glTextureFoveationParametersQCOM") == 0;
 }
 

@@ -1,6 +1,6 @@
 /* Four views, as samples of foveated rendering with GL_OVR_multiview do it: two wide ones and two narrow insets are drawn
  * by one draw into four layers of an array, and a second pass puts them together. Prints what the layers and the
- * composition hold, and the answers of the extension. usage: multiview_program [foveated|cubes]
+ * composition hold, and the answers of the extension. usage: multiview_program [foveated|cubes|masks]
  * cubes: three lit cubes from client memory seen by two wide and two narrow cameras, and each eye put together of both. */
 #include <math.h>
 
@@ -89,6 +89,110 @@ static void foveated(PFNGLFRAMEBUFFERTEXTUREMULTIVIEWOVRPROC attach) {
                width_of(pixels, WIDE, 64, WIDE - 64), width_of(pixels, WIDE, WIDE - 64, WIDE - 64), (pixels[1] + 16) / 32);
     }
     check_gl("foveated");
+}
+
+/* The passes of Arm's sample: attachments with samples, near geometry that masks what the other view of the eye shows, the
+ * scene by the white paper's shader (of its table 1, with four views), and one picture per eye put together of both. */
+static void masks(void) {
+    typedef void (GL_APIENTRYP attach_samples_function)(GLenum, GLenum, GLuint, GLint, GLsizei, GLint, GLsizei);
+    enum { STEPS = 16 };
+    static const float ratio = 0.5f;
+    const attach_samples_function attach = (attach_samples_function)eglGetProcAddress("glFramebufferTextureMultisampleMultiviewOVR");
+    const GLfloat quad[18] = {-1, -1, 0.5f, 1, -1, 0.5f, 1, 1, 0.5f, -1, -1, 0.5f, 1, 1, 0.5f, -1, 1, 0.5f};
+    const float corners[4][2] = {{1, 1}, {-1, 1}, {-1, -1}, {1, -1}};
+    float inset[STEPS][3] = {{0}}, outset[(STEPS + 4) * 3][3] = {{0}}, matrices[VIEWS][16] = {{0}};
+    GLuint color, depth, fbo, reader, mask, scene, composition, out;
+    int i, view, eye, vertices = 0;
+    const char *paper = "#version 300 es\n#extension GL_OVR_multiview : enable\nlayout(num_views = 2) in;\nin vec3 vertexPosition;\n"
+                        "uniform mat4 modelViewProjection[2];\nvoid main()\n{\n    gl_Position = modelViewProjection[gl_ViewID] * vec4(vertexPosition, 1.0);\n}\n";
+    const GLuint printed = glCreateShader(GL_VERTEX_SHADER);
+    GLint compiled = 1;
+    if (!attach) fail("no glFramebufferTextureMultisampleMultiviewOVR");
+    glShaderSource(printed, 1, &paper, NULL); /* names gl_ViewID, which no extension has */
+    glCompileShader(printed);
+    glGetShaderiv(printed, GL_COMPILE_STATUS, &compiled);
+    printf("as printed %d\n", compiled);
+    for (i = 0; i < STEPS; ++i) {
+        const float angle = 6.2831853f * (float)i / STEPS, next = 6.2831853f * (float)(i + 1) / STEPS;
+        const float *corner = corners[i / (STEPS / 4)];
+        const float triangle[3][3] = {{corner[0], corner[1], 0}, {1.1f * cosf(angle), 1.1f * sinf(angle), 0}, {1.1f * cosf(next), 1.1f * sinf(next), 0}};
+        inset[i][0] = 0.9f * ratio * cosf(angle);
+        inset[i][1] = 0.9f * ratio * sinf(angle);
+        memcpy(outset[vertices], triangle, sizeof triangle);
+        vertices += 3;
+    }
+    color = make_array(GL_RGBA8, SIZE);
+    depth = make_array(GL_DEPTH_COMPONENT24, SIZE);
+    glGenFramebuffers(1, &reader);
+    glGenFramebuffers(1, &fbo);
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, fbo);
+    attach(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, color, 0, 1000, 0, VIEWS);
+    printf("1000 samples %04x", glGetError());
+    attach(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, color, 0, -1, 0, VIEWS);
+    printf(", -1 samples %04x", glGetError());
+    attach(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, color, 0, 4, 0, VIEWS);
+    attach(GL_DRAW_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, depth, 0, 4, 0, VIEWS);
+    printf(", complete %d\n", glCheckFramebufferStatus(GL_DRAW_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE);
+    mask = make_program(
+        "#version 310 es\n#extension GL_OVR_multiview2 : enable\nin vec3 corner;\nuniform uint kind;\nlayout(num_views = 4) in;\n"
+        "void main() { bool narrow = gl_ViewID_OVR == 2u || gl_ViewID_OVR == 3u; gl_Position = vec4(corner.xy, narrow == (kind == 2u) ? 0.0f : 1.0f, 1.0); }\n",
+        "#version 310 es\nprecision mediump float;\nout vec4 color;\nvoid main() { color = vec4(1.0, 0.0, 0.0, 1.0); }\n");
+    scene = make_program(
+        "#version 300 es\n#extension GL_OVR_multiview : enable\nlayout(num_views = 4) in;\nin vec3 vertexPosition;\nuniform mat4 modelViewProjection[4];\n"
+        "void main()\n{\n    gl_Position = modelViewProjection[gl_ViewID_OVR] * vec4(vertexPosition, 1.0);\n}\n",
+        "#version 300 es\nprecision mediump float;\nout vec4 color;\nvoid main() { color = vec4(0.0, 1.0, 0.0, 1.0); }\n");
+    composition = make_program(
+        "#version 300 es\nin vec3 corner; uniform float ratio; out vec2 wide; out vec2 narrow;\n"
+        "void main() { wide = corner.xy * 0.5 + 0.5; narrow = wide / ratio - (1.0 / ratio - 1.0) / 2.0; gl_Position = vec4(corner, 1.0); }\n",
+        "#version 300 es\nprecision mediump float; precision mediump sampler2DArray; in vec2 wide; in vec2 narrow; uniform sampler2DArray views; uniform int eye; out vec4 color;\n"
+        "void main() { vec2 far = vec2(0.5) - narrow; color = dot(far, far) > 0.25 ? textureLod(views, vec3(wide, eye), 0.0) : textureLod(views, vec3(narrow, eye + 2), 0.0); }\n");
+    for (view = 0; view < VIEWS; ++view) {
+        matrices[view][0] = matrices[view][5] = view < 2 ? 1 : 1 / ratio;
+        matrices[view][10] = matrices[view][15] = 1;
+    }
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_LEQUAL);
+    glViewport(0, 0, SIZE, SIZE);
+    glBindFramebuffer(GL_FRAMEBUFFER, fbo);
+    glClearColor(0, 0, 1, 1);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
+    glUseProgram(mask);
+    glEnableVertexAttribArray(0);
+    glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, inset);
+    glUniform1ui(glGetUniformLocation(mask, "kind"), 1);
+    glDrawArrays(GL_TRIANGLE_FAN, 0, STEPS);
+    glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, outset);
+    glUniform1ui(glGetUniformLocation(mask, "kind"), 2);
+    glDrawArrays(GL_TRIANGLES, 0, vertices);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    glUseProgram(scene);
+    glUniformMatrix4fv(glGetUniformLocation(scene, "modelViewProjection"), VIEWS, GL_FALSE, matrices[0]);
+    glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, quad);
+    glDrawArrays(GL_TRIANGLES, 0, 6);
+    check_gl("masks");
+    for (view = 0; view < VIEWS; ++view) {
+        int drawn = 0;
+        read_layer(reader, color, view, SIZE);
+        for (i = 0; i < SIZE * SIZE; ++i) drawn += pixels[4 * i + 1] == 255;
+        i = 4 * (SIZE / 2 * SIZE + SIZE / 2);
+        printf("view %d: %d of 100 drawn, middle %d, corner %d\n", view, (100 * drawn + SIZE * SIZE / 2) / (SIZE * SIZE), pixels[i + 1] == 255, pixels[1] == 255);
+    }
+    out = make_framebuffer(make_texture(SIZE, SIZE), SIZE, SIZE);
+    glBindFramebuffer(GL_FRAMEBUFFER, out);
+    glUseProgram(composition);
+    glBindTexture(GL_TEXTURE_2D_ARRAY, color);
+    glUniform1f(glGetUniformLocation(composition, "ratio"), ratio);
+    for (eye = 0; eye < 2; ++eye) {
+        int holes = 0;
+        glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+        glUniform1i(glGetUniformLocation(composition, "eye"), eye);
+        glDrawArrays(GL_TRIANGLES, 0, 6);
+        glReadPixels(0, 0, SIZE, SIZE, GL_RGBA, GL_UNSIGNED_BYTE, pixels);
+        for (i = 0; i < SIZE * SIZE; ++i) holes += pixels[4 * i + 1] != 255;
+        printf("eye %d: %d holes\n", eye, holes);
+    }
+    check_gl("composition of masks");
 }
 
 /* column-major: a camera at (eye, 0, 5) that looks along -z with the tangent of half its angle, in front of a cube at x */
@@ -193,6 +297,11 @@ int main(int argc, char **argv) {
     }
     if (argc > 1 && !strcmp(argv[1], "cubes")) {
         cubes(attach);
+        close_context();
+        return 0;
+    }
+    if (argc > 1 && !strcmp(argv[1], "masks")) {
+        masks();
         close_context();
         return 0;
     }
