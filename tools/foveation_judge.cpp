@@ -344,6 +344,11 @@ std::vector<quality::Setting> foveation_settings() {
     };
     add("full", "full");
     for (const double gain : {1.5, 2.0, 3.0, 4.0, 6.0, 10.0}) add(fmt::format("scaled_bins, gain {:g}", gain), "scaled_bins").gain = gain;
+    for (const double gain : {4.0, 10.0}) {
+        auto& s = add(fmt::format("scaled_bins by rectangle lists, gain {:g}", gain), "scaled_bins");
+        s.gain = gain;
+        s.parameters.executor = foveation::BinExecutor::rectangles;
+    }
     for (const bool pairs : {false, true}) {
         auto& s = add(pairs ? "scaled_bins area pairs, gain 4" : "scaled_bins area, gain 4", "scaled_bins");
         s.parameters.plan.reading = density::Reading::area;

@@ -53,6 +53,7 @@ bool has_word(std::string_view words, std::string_view word) {
 }
 
 bool has_bins(const Setting& s) { return has_word("scaled_bins scaled_bins_late", s.method); }
+bool by_rectangles(const Setting& s) { return s.parameters.executor == foveation::BinExecutor::rectangles; }
 bool has_pairs(const Setting& s) { return s.parameters.plan.levels == density::standard_levels(true); }
 
 std::unexpected<Error> fault(const std::string& what, const std::string& name, const toml::source_region& at, const std::string& way_out) {
@@ -88,6 +89,12 @@ Result<Setting> parse_setting(const toml::table& table, const std::string& name)
             s.parameters.plan.reading = value == "area" ? density::Reading::area : density::Reading::linear;
             continue;
         }
+        if (s.method == "scaled_bins" && word == "executor") {
+            const std::string value = node.value_or(std::string());
+            if (value != "masks" && value != "rectangles") return fault("executor is \"masks\" or \"rectangles\"", name, at, "");
+            s.parameters.executor = value == "masks" ? foveation::BinExecutor::masks : foveation::BinExecutor::rectangles;
+            continue;
+        }
         const auto number = node.value<double>();
         if (word == "cost" || word == "error") {
             if (!number || !std::isfinite(*number) || *number < 0 || (word == "cost" && *number == 0))
@@ -98,6 +105,7 @@ Result<Setting> parse_setting(const toml::table& table, const std::string& name)
         const Key* found = nullptr;
         std::string legal = "label, method, cost, error";
         if (has_bins(s)) legal += ", reading, pairs";
+        if (s.method == "scaled_bins") legal += ", executor";
         for (const Key& k : keys()) {
             if (!has_word(k.methods, s.method)) continue;
             legal += std::string(", ") + k.name;
@@ -137,7 +145,7 @@ std::string shortest(double v) {
 
 bool Setting::same_method(const Setting& other) const noexcept {
     const Parameters &a = parameters, &b = other.parameters;
-    return method == other.method && a.plan.reading == b.plan.reading && a.plan.level_count == b.plan.level_count && a.plan.levels == b.plan.levels &&
+    return method == other.method && a.executor == b.executor && a.plan.reading == b.plan.reading && a.plan.level_count == b.plan.level_count && a.plan.levels == b.plan.levels &&
            a.inset_outset.ratio == b.inset_outset.ratio && a.dynamic_viewports.context_scale == b.dynamic_viewports.context_scale &&
            a.dynamic_viewports.focus_extent == b.dynamic_viewports.focus_extent && a.shading_rate.inner_radius == b.shading_rate.inner_radius &&
            a.shading_rate.outer_radius == b.shading_rate.outer_radius;
@@ -214,6 +222,7 @@ std::string to_toml(const Ladder& ladder) {
             s += std::string("reading = ") + (one.parameters.plan.reading == density::Reading::area ? "\"area\"\n" : "\"linear\"\n");
             s += std::string("pairs = ") + (has_pairs(one) ? "true\n" : "false\n");
         }
+        if (by_rectangles(one)) s += "executor = \"rectangles\"\n";
         s += "cost = " + shortest(one.cost) + "\nerror = " + shortest(one.error) + "\n";
     }
     return s;

@@ -7,6 +7,7 @@
 //   label = "scaled_bins, gain 4"
 //   method = "scaled_bins"             any but auto; the keys below belong to some methods only
 //   gain = 4.0                         fall-off outside the fovea, 1/NDC            scaled_bins, scaled_bins_late
+//   executor = "masks"                 or "rectangles"                              scaled_bins
 //   cost = 0.35                        of a full frame of the same run, > 0
 //   error = 1.9                        against a full render, of 255, >= 0
 //

@@ -26,6 +26,7 @@ method = "scaled_bins"
 gain = 2.5
 levels = 4
 reading = "area"
+executor = "rectangles"
 cost = 0.6
 error = 1.25
 )";
@@ -45,6 +46,7 @@ TEST(Ladder, ReadsSettingsOrdersThemByCostAndFindsThePick) {
     EXPECT_EQ(middle.gain, 2.5);
     EXPECT_EQ(middle.parameters.plan.level_count, 4);
     EXPECT_EQ(middle.parameters.plan.reading, fovea::density::Reading::area);
+    EXPECT_EQ(middle.parameters.executor, fovea::foveation::BinExecutor::rectangles);
     EXPECT_EQ(ladder->settings[2].parameters.inset_outset.ratio, 0.35);
     EXPECT_THAT(ladder->costs(), testing::ElementsAre(1, 0.6, 0.2));
 }
@@ -71,6 +73,9 @@ TEST(Ladder, SharesAMethodBetweenGains) {
     const Ladder ladder = built_in_ladder();
     for (std::size_t i = 2; i < ladder.settings.size(); ++i) EXPECT_TRUE(ladder.settings[i].same_method(ladder.settings[1]));
     EXPECT_FALSE(ladder.settings[0].same_method(ladder.settings[1]));
+    Setting lists = ladder.settings[1];
+    lists.parameters.executor = fovea::foveation::BinExecutor::rectangles;
+    EXPECT_FALSE(lists.same_method(ladder.settings[1])) << "another executor is prepared anew";
 }
 
 TEST(Ladder, SaysWhereAFileIsWrongAndWhatIsRight) {
@@ -85,6 +90,8 @@ TEST(Ladder, SaysWhereAFileIsWrongAndWhatIsRight) {
     EXPECT_THAT(fault_of(head + "method = \"scaled_bins\"\ngain = 0\n"), HasSubstr("0.1 to 1000"));
     EXPECT_THAT(fault_of(head + "method = \"scaled_bins\"\ngain = nan\n"), HasSubstr("0.1 to 1000"));
     EXPECT_THAT(fault_of(head + "method = \"scaled_bins\"\nreading = \"log\"\n"), HasSubstr("\"area\""));
+    EXPECT_THAT(fault_of(head + "method = \"scaled_bins\"\nexecutor = \"lists\"\n"), HasSubstr("\"rectangles\""));
+    EXPECT_THAT(fault_of(head + "method = \"scaled_bins_late\"\nexecutor = \"masks\"\n"), HasSubstr("unknown key"));
     EXPECT_THAT(fault_of(head + "method = \"full\"\ncost = 0\n"), HasSubstr("cost"));
     EXPECT_THAT(fault_of("[quality]\npick = \"none\"\n[[quality.setting]]\nmethod = \"full\"\n"), HasSubstr("there are: full"));
     EXPECT_FALSE(load_ladder("/nonexistent/q.toml").has_value());

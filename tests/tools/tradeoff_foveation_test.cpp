@@ -37,6 +37,12 @@ TEST_F(TradeoffFoveation, JudgesEverySettingAgainstAFullRender) {
         fragments = of(label, "fragments %");
         error = of(label, "error");
     }
+    // Another way to the same picture, with what it shades beyond the masks.
+    for (const char* gain : {"gain 4", "gain 10"}) {
+        const std::string masks = std::string("scaled_bins, ") + gain, lists = std::string("scaled_bins by rectangle lists, ") + gain;
+        for (const char* column : {"error", "PSNR out", "SSIM out", "exact %"}) EXPECT_EQ(of(lists.c_str(), column), of(masks.c_str(), column)) << lists << " " << column;
+        EXPECT_GT(of(lists.c_str(), "fragments %"), of(masks.c_str(), "fragments %"));
+    }
     EXPECT_LT(of("inset_outset, ratio 0.5", "fragments %"), 60);
     EXPECT_FALSE(rows.contains("shading_rate, radius 0.1"));
     EXPECT_THAT(r.err, HasSubstr("within 100000 ms, fragbox: full"));
