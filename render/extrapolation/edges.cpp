@@ -10,6 +10,7 @@ namespace {
 
 constexpr float kEdge_px = 0.7f;     // neighbouring cells displaced this far apart belong to different surfaces
 constexpr int kAround = 2;           // cells on either side of an edge that it may be off by
+constexpr int kMostEdges = 16;       // a field with more than this part of edges is noise, and has no surfaces to tell apart
 constexpr float kClearly = 6.0f;     // levels of 255, over four channels: closer than this, the sources do not decide
 
 std::size_t at(int x, int y, int width) noexcept { return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x); }
@@ -83,7 +84,7 @@ void MotionEdges::resize(int width_cells, int height_cells, int width_px, Format
 
 bool MotionEdges::find(const Field& f, const Box& touched, const Gaze* gaze, int cell_px) noexcept {
     box_ = gaze == nullptr ? touched : touched.around(gaze->x_px, gaze->y_px, gaze->full_radius_px + 1, cell_px);
-    bool found = false;
+    int found = 0;
     for (int y = box_.y0; y < box_.y1; ++y) {
         const float *u = f.u.data() + at(0, y, width_), *v = f.v.data() + at(0, y, width_);
         const std::ptrdiff_t below = y + 1 < box_.y1 ? width_ : 0;
@@ -94,13 +95,13 @@ bool MotionEdges::find(const Field& f, const Box& touched, const Gaze* gaze, int
             const float down = std::max(std::fabs(u[x + below] - u[x]), std::fabs(v[x + below] - v[x]));
             const unsigned is = std::max(across, down) >= kEdge_px ? 1u : 0u;
             edge[x] = static_cast<std::uint8_t>(is);
-            any |= is;
+            any += is;
         }
         if (box_.x1 > box_.x0) edge[box_.x1 - 1] = 0;
-        row_has_edge_[static_cast<std::size_t>(y)] = static_cast<std::uint8_t>(any);
-        found = found || any != 0;
+        row_has_edge_[static_cast<std::size_t>(y)] = any != 0;
+        found += static_cast<int>(any);
     }
-    return found;
+    return found > 0 && found <= width_ * height_ / kMostEdges;
 }
 
 void MotionEdges::row_of_cells(const Job& job, int row, std::uint8_t* decide, const Kernels& kernels, Scratch& s) const noexcept {

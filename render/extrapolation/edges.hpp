@@ -20,7 +20,8 @@ class MotionEdges {
 public:
     void resize(int width_cells, int height_cells, int width_px, Format format, int threads);
 
-    // Finds edges inside of `touched`, and with a gaze (of cells of `cell_px`) inside its full radius; false: there are none.
+    // Finds edges inside of `touched`, and with a gaze (of cells of `cell_px`) inside its full radius. False: there are none,
+    // or so many that the field is noise.
     [[nodiscard]] bool find(const Field& displacement, const Box& touched, const Gaze* gaze, int cell_px) noexcept;
 
     struct Job {
