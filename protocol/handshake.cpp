@@ -89,6 +89,14 @@ ConnectFault fault_of(RefusalReason reason) noexcept {
     return ConnectFault::system;
 }
 
+// The talk broke off with errno `code`: a daemon that ended in between, as in a restart, is as good as none.
+std::unexpected<ConnectFailure> broken_off(Error error, int code, const std::string& path) {
+    error.where = path;
+    if (code != ECONNRESET && code != EPIPE) return failure(ConnectFault::protocol, std::move(error));
+    error.way_out = "fovead has just ended: try again";
+    return failure(ConnectFault::no_daemon, std::move(error));
+}
+
 enum class Waited : std::uint8_t { ready, timed_out, cancelled };
 Waited wait_for(int socket, short events, Instant deadline, int cancel_fd) noexcept {
     for (;;) {
@@ -274,10 +282,8 @@ std::expected<Connection, ConnectFailure> connect_to_daemon(const std::string& p
     }
 
     const auto greeting = encode(hello);
-    if (auto sent = send_message(fd, greeting); !sent) {
-        sent.error().where = path;
-        return failure(ConnectFault::protocol, sent.error());
-    }
+    errno = 0;
+    if (auto sent = send_message(fd, greeting); !sent) return broken_off(sent.error(), errno, path);
     std::optional<Message> answer;
     while (!answer) {
         switch (wait_for(fd, POLLIN, deadline, cancel_fd)) {
@@ -287,11 +293,9 @@ std::expected<Connection, ConnectFailure> connect_to_daemon(const std::string& p
                                "see what fovead does: it may be stopped or overloaded");
             case Waited::ready: break;
         }
+        errno = 0;
         auto received = receive_message(fd);
-        if (!received) {
-            received.error().where = path;
-            return failure(ConnectFault::protocol, received.error());
-        }
+        if (!received) return broken_off(received.error(), errno, path);
         answer = std::move(*received);
     }
     if (answer->bytes.empty())

@@ -3,10 +3,12 @@
 #include <dirent.h>
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <poll.h>
 #include <rapidcheck/gtest.h>
 #include <sys/socket.h>
 
 #include <array>
+#include <thread>
 
 #include "tests/protocol/tiny_daemon.hpp"
 
@@ -213,6 +215,20 @@ TEST(Connect, SaysWhyItCannotAndWhatToDo) {
         });
         EXPECT_EQ(fault().fault, ConnectFault::protocol);
     }
+}
+
+TEST(Connect, TakesADaemonThatEndsBeforeItAnswersForAnAbsentOne) {
+    const SocketDir dir;
+    UniqueFd listening = fovea::test::listen_on(dir.path());
+    std::thread ends([&] {
+        pollfd p{listening.get(), POLLIN, 0};   // a client has connected
+        EXPECT_EQ(poll(&p, 1, -1), 1);
+        listening.reset();
+    });
+    const auto connection = connect_to_daemon(dir.path(), {}, std::chrono::hours(1));
+    ends.join();
+    ASSERT_FALSE(connection);
+    EXPECT_EQ(connection.error().fault, ConnectFault::no_daemon) << connection.error().message();   // FOVEA_CONNECT_WAIT goes on trying
 }
 
 TEST(Connect, GivesUpOnADaemonThatNeverAnswersAndWhenCancelled) {
