@@ -107,7 +107,7 @@ void check_devices(Checks& out) {
     if (!any) out.push_back({"trackers", Verdict::warn, "none is plugged in", "plug one in, or let fovead play a recording or a synthetic eye (source.driver)"});
     check_nodes(out, "HID devices", "hidraw", "install configs/udev/60-fovea.rules, or be in the group plugdev; then plug the tracker in again");
     check_nodes(out, "cameras", "video", "be in the group video, or install configs/udev/60-fovea.rules");
-    for (const char* folder : {"/etc/udev/rules.d", "/usr/lib/udev/rules.d", "/lib/udev/rules.d"}) {
+    for (const char* folder : {"/etc/udev/rules.d", "/usr/local/lib/udev/rules.d", "/usr/lib/udev/rules.d", "/lib/udev/rules.d"}) {
         const fs::path rules = fs::path(folder) / "60-fovea.rules";
         std::error_code ignored;
         if (!fs::exists(rules, ignored)) continue;
@@ -124,7 +124,8 @@ void check_daemon(Checks& out, const Options& o) {
     const auto app = connect_to_daemon(focus, {.grants = kGrantFocus, .pid = ::getpid(), .name = "fovea doctor"});
     if (!app && app.error().fault == ConnectFault::no_daemon) {
         out.push_back({"daemon", Verdict::warn, "no fovead answers at " + focus, "start fovead, or name its folder with --run-dir"});
-        const fs::path folder = fs::path(focus).parent_path(), parent = fs::exists(folder) ? folder : folder.parent_path();
+        std::error_code none;   // a folder that may not be looked into is not there for us
+        const fs::path folder = fs::path(focus).parent_path(), parent = fs::exists(folder, none) ? folder : folder.parent_path();
         if (::access(parent.c_str(), W_OK) != 0)
             out.push_back({"run directory", Verdict::warn, fmt::format("{}: {}", parent.string(), std::strerror(errno)), "set XDG_RUNTIME_DIR, or start fovead with --run-dir in a folder of yours"});
         return;
