@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <numbers>
 #include <sstream>
@@ -10,9 +11,10 @@
 
 #include "daemon/pipeline/calibration.hpp"
 #include "daemon/pipeline/validate.hpp"
+#include "replay/output_file.hpp"
 #include "replay/recording.hpp"
 #include "tools/commands.hpp"
-#include "replay/output_file.hpp"
+#include "tools/within.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -32,7 +34,8 @@ constexpr double kRadiansPerDegree = std::numbers::pi / 180;
 // start_ms,end_ms,x_deg,y_deg with a header line; times count from the recording's first sample.
 Result<std::vector<Target>> read_targets(const std::string& path) {
     std::ifstream in(path);
-    if (!in) return fail("cannot read the targets", path, "write a CSV with start_ms,end_ms,x_deg,y_deg");
+    std::error_code none;
+    if (!in || std::filesystem::is_directory(path, none)) return fail("cannot read the targets", path, "write a CSV with start_ms,end_ms,x_deg,y_deg");
     std::vector<Target> targets;
     std::string line;
     for (int row = 1; std::getline(in, line); ++row) {
@@ -131,8 +134,8 @@ void add_calibrate(CLI::App& app, int* exit_code) {
     c->add_option("--from", o->from, "The recording (a session file or any known format)")->required();
     c->add_option("--targets", o->targets, "CSV with start_ms,end_ms,x_deg,y_deg: what was shown when, from the first sample on (default: the session's own)");
     c->add_option("--out", o->out, "Write the calibration here, as TOML; - is standard output")->required();
-    c->add_option("--largest-error", o->largest_error_deg, "Refuse a fit that is worse on targets left out, degrees (default 3)")->check(CLI::Range(0.01, 90.0));
-    c->add_option("--settle-ms", o->settle_ms, "Leave out this much of each target's beginning (default 300)")->check(CLI::Range(0.0, 10000.0));
+    c->add_option("--largest-error", o->largest_error_deg, "Refuse a fit that is worse on targets left out, degrees (default 3)")->check(within(0.01, 90.0));
+    c->add_option("--settle-ms", o->settle_ms, "Leave out this much of each target's beginning (default 300)")->check(within(0.0, 10000.0));
     c->footer("Example: fovea calibrate --from session.fovea --targets targets.csv --out me.toml\n"
               "Then: fovead --set pipeline.calibration=me.toml\n"
               "Exit codes: 0 written, 1 cannot write, 2 wrong usage, 3 unusable input or a fit that was refused (the message says why).");

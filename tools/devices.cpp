@@ -8,6 +8,7 @@
 #include "drivers/device.hpp"
 #include "protocol/sphere.hpp"
 #include "tools/commands.hpp"
+#include "tools/within.hpp"
 
 namespace fovea::tools {
 
@@ -122,7 +123,7 @@ void add_devices(CLI::App& app, int* exit_code) {
     command->add_option("--count", options->count, "With --watch: stop after so many samples")->check(CLI::PositiveNumber);
     command->add_option("--patience", options->patience_s,
                         "With --watch: give up after so many seconds without a sample (0: never)")
-        ->check(CLI::Range(0.0, 3600.0));
+        ->check(within(0.0, 3600.0));
     command->add_option("--set", options->settings, "With --watch: KEY=VALUE of the driver, as under [source]");
     command->footer("Exit codes: 0 when a usable device was found (or watched to the end), 1 when not, 2 wrong usage.");
     command->callback([options, exit_code] {

@@ -109,6 +109,8 @@ std::string stages_chart(const replay::LatencyReport& report) {
     return s + "</svg>";
 }
 
+constexpr std::size_t kMostDots = 4000;   // of hits, and of misses
+
 // The foveal error of each judged frame: a dot, red where the fovea missed the eye.
 std::string error_chart(const replay::LatencyReport& report) {
     Axes a;
@@ -118,9 +120,13 @@ std::string error_chart(const replay::LatencyReport& report) {
     a.x_max = std::max<double>(1, static_cast<double>(report.per_frame.size()));
     a.y_max = axis_end(highest);
     std::string s = axes_svg(a, "frame", "degrees from the fovea's centre");
+    // Of very many dots each n-th, hits and misses apart, so that a session of hours is a page that opens.
+    const std::size_t miss_step = report.missed / kMostDots + 1, hit_step = (report.judged - report.missed) / kMostDots + 1;
+    std::size_t hits = 0, misses = 0;
     for (std::size_t i = 0; i < report.per_frame.size(); ++i) {
         const auto& f = report.per_frame[i];
         if (f.unjudged != replay::Unjudged::no) continue;
+        if (f.missed() ? misses++ % miss_step != 0 : hits++ % hit_step != 0) continue;
         s += fmt::format("<circle cx='{:.1f}' cy='{:.1f}' r='{}' class='{}'><title>frame {}: {:.2f} deg, {:.2f} deg outside</title></circle>",
                          a.x(static_cast<double>(i)), a.y(f.worst_error_deg()), f.missed() ? 3 : 1.8, f.missed() ? "miss" : "hit",
                          f.frame, f.worst_error_deg(), f.worst_outside_deg());
@@ -162,7 +168,7 @@ h1{font-size:24px;margin:0 0 4px}h2{font-size:17px;margin:34px 0 8px}p{margin:6p
 table{border-collapse:collapse;width:100%;background:var(--card);border:1px solid var(--line);font-variant-numeric:tabular-nums}
 th,td{padding:6px 10px;text-align:right;border-top:1px solid var(--line)}thead th{border-top:0;color:var(--soft);font-weight:500}
 th:first-child,td:first-child,td:nth-child(2){text-align:left}.total td{font-weight:600;border-top:2px solid var(--ink)}
-.facts td{text-align:left;overflow-wrap:anywhere}.swatch{display:inline-block;width:11px;height:11px;border-radius:2px;margin-right:8px}
+.facts td{text-align:left;overflow-wrap:anywhere;white-space:pre-line;vertical-align:top}.swatch{display:inline-block;width:11px;height:11px;border-radius:2px;margin-right:8px}
 svg{width:100%;height:auto;background:var(--card);border:1px solid var(--line)}svg text{fill:var(--soft);font-size:11px}
 .grid{stroke:var(--line)}.hit{fill:var(--hit);opacity:.75}.miss{fill:var(--miss)}
 .pictures{display:grid;gap:14px}figure{margin:0}img{width:100%;border:1px solid var(--line);border-radius:6px}

@@ -8,9 +8,10 @@
 #include "daemon/pipeline/settings_table.hpp"
 #include "daemon/pipeline/validate.hpp"
 #include "daemon/service/calibration_file.hpp"
+#include "replay/output_file.hpp"
 #include "replay/recording.hpp"
 #include "tools/commands.hpp"
-#include "replay/output_file.hpp"
+#include "tools/within.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -84,7 +85,7 @@ void add_predict(CLI::App& app, int* exit_code) {
     auto o = std::make_shared<PredictOptions>();
     auto* c = app.add_subcommand("predict", "Predict the gaze of a recording and write one row per sample");
     c->add_option("file", o->in, "The recording; its format is recognised from the content")->required();
-    c->add_option("--horizon-ms", o->horizon_ms, "How far ahead, milliseconds (default 50)")->check(CLI::Range(0.0, 150.0));
+    c->add_option("--horizon-ms", o->horizon_ms, "How far ahead, milliseconds (default 50)")->check(within(0.0, 150.0));
     c->add_option("--predictor", o->predictor, "hold, velocity, damped_velocity, kalman, imm, gain_table, ballistic or auto (default)");
     c->add_option("--calibration", o->calibration, "A file of `fovea calibrate`, applied to each sample");
     c->add_option("--filter", o->filter, "none, one_euro, kalman or saccade_aware (default)");

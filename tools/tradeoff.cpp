@@ -2,16 +2,18 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include <unistd.h>
 
 #include <fmt/format.h>
 
 #include "daemon/pipeline/settings_table.hpp"
-#include "tools/commands.hpp"
 #include "replay/output_file.hpp"
+#include "tools/commands.hpp"
 #include "tools/tradeoff_gaze.hpp"
 #include "tools/tradeoff_pupil.hpp"
+#include "tools/within.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -30,6 +32,21 @@ int report(const Error& error, int code) {
 }
 
 int run(const Options& o, const char* subject, TradeoffResult (*judge)(const TradeoffRequest&)) {
+    const double budget = o.budget_ns >= 0 ? o.budget_ns : o.budget_us * 1e3;
+    if (!o.toml.empty() && budget < 0) return report({"--toml writes what is picked within a budget, and there is none", o.toml, "say --budget-us or --budget-ns too"}, kUsage);
+    // Before the minutes of judging: what cannot be written is known now.
+    std::map<std::string, replay::OutputFile> outputs;
+    for (const std::string& path : {o.csv, o.html, o.toml}) {
+        if (path.empty()) continue;
+        auto file = replay::OutputFile::create(path);
+        if (!file) return report(file.error(), kFailed);
+        outputs.emplace(path, std::move(*file));
+    }
+    const auto put = [&](const std::string& path, const std::string& text) -> Result<void> {
+        replay::OutputFile& file = outputs.at(path);
+        if (auto ok = file.write(text); !ok) return ok;
+        return file.commit();
+    };
     auto recordings = load_recordings(o.paths, [](const Error& e) { fmt::print(stderr, "left out: {}\n", e.message()); });
     if (!recordings) return report(recordings.error(), kBadInput);
     TradeoffRequest request{*recordings, {}, o.groups, {}};
@@ -50,17 +67,16 @@ int run(const Options& o, const char* subject, TradeoffResult (*judge)(const Tra
     std::string csv;
     for (const auto& t : result.tables) csv += to_csv(t);
     if (!o.csv.empty())
-        if (auto ok = replay::write_file(o.csv, csv); !ok) return report(ok.error(), kFailed);
+        if (auto ok = put(o.csv, csv); !ok) return report(ok.error(), kFailed);
     if (!o.html.empty())
-        if (auto ok = replay::write_file(o.html, to_html(fmt::format("Fovea: {} against cost", subject), result.tables, result.plots)); !ok)
+        if (auto ok = put(o.html, to_html(fmt::format("Fovea: {} against cost", subject), result.tables, result.plots)); !ok)
             return report(ok.error(), kFailed);
-    const double budget = o.budget_ns >= 0 ? o.budget_ns : o.budget_us * 1e3;
     if (budget >= 0) {
         const TradeoffRow* best = best_within(result.tables.front(), budget);
         if (!best) return report({fmt::format("nothing costs {:.0f} ns or less", budget), "", "allow more with --budget-us"}, kFailed);
         fmt::print(stderr, "within {:.0f} ns per sample: {} ({:.0f} ns, {} {:.3f})\n", budget, best->method, best->cost_ns, result.tables.front().error_name, best->error);
         if (o.toml.empty()) fmt::print(stderr, "{}", best->toml);
-        else if (auto ok = replay::write_file(o.toml, best->toml); !ok) return report(ok.error(), kFailed);
+        else if (auto ok = put(o.toml, best->toml); !ok) return report(ok.error(), kFailed);
     }
     return kSuccess;
 }
@@ -70,14 +86,14 @@ void add_subject(CLI::App& parent, int* exit_code, const char* name, const char*
     auto o = std::make_shared<Options>();
     auto* c = parent.add_subcommand(name, text);
     c->add_option("recordings", o->paths, "Recordings, or directories that hold some")->required();
-    c->add_option("--horizon", o->horizons_ms, "Horizons, milliseconds (default 10 20 30 50 70)")->check(CLI::Range(0.0, 150.0));
+    c->add_option("--horizon", o->horizons_ms, "Horizons, milliseconds (default 10 20 30 50 70)")->check(within(0.0, 150.0));
     c->add_option("--csv", o->csv, "Also write the tables here");
     c->add_option("--html", o->html, "Also write a self-contained page with plots here");
     c->add_flag("--json", o->json, "Print JSON instead of tables");
     c->add_flag("--groups", o->groups, "Also one table per device");
     if (budget) {
-        c->add_option("--budget-us", o->budget_us, "Pick the most accurate setting within this cost, microseconds per sample")->check(CLI::Range(0.0, 1e6));
-        c->add_option("--budget-ns", o->budget_ns, "The same in nanoseconds")->check(CLI::Range(0.0, 1e9));
+        c->add_option("--budget-us", o->budget_us, "Pick the most accurate setting within this cost, microseconds per sample")->check(within(0.0, 1e6));
+        c->add_option("--budget-ns", o->budget_ns, "The same in nanoseconds")->check(within(0.0, 1e9));
         c->add_option("--toml", o->toml, "Write the picked setting here, for the daemon's config");
     }
     c->footer("The protocol: docs/pipeline.md. A * marks what no other method beats in both cost and error.\n"

@@ -22,9 +22,11 @@ protected:
     // 50 frames of 20 ms, all 30 ms from exposure to photon; the eye rests at 0 for the first 500 ms, at 20 degrees
     // after, and each frame puts a fovea of 5 degrees straight ahead.
     void write_session(const std::string& path, int frames, bool every_other_extrapolated = false) {
-        auto session = replay::SessionWriter::create(path).value();
+        replay::SessionWriterOptions options;
+        options.when_full = replay::SessionWriterOptions::WhenFull::wait;   // a slow disk costs no rows
+        auto session = replay::SessionWriter::create(path, options).value();
         session.set_meta("device", "made <here> & now");
-        for (int ms = 0; ms <= 1000; ++ms) {
+        for (int ms = 0; ms <= std::max(1000, 20 * frames); ++ms) {
             GazeSample s;
             s.id = static_cast<std::uint64_t>(ms) + 1;
             s.exposed = s.received = instant_from_ns(ms * 1'000'000);
@@ -107,6 +109,16 @@ TEST_F(LatencyCommand, SaysWhatIsWrongWithItsInputAndWhatToDo) {
     EXPECT_EQ(empty.exit_code, 3);
     EXPECT_THAT(empty.err, HasSubstr("fovea-view"));
     EXPECT_EQ(fovea("latency").exit_code, 2);
+}
+
+TEST_F(LatencyCommand, ThePageOfALongSessionStaysSmall) {
+    write_session(file("s.fovea"), 5000);
+    ASSERT_EQ(fovea("latency " + file("s.fovea") + " --html " + file("r.html")).exit_code, 0);
+    const std::string html = bytes(file("r.html"));
+    std::size_t dots = 0;
+    for (std::size_t at = 0; (at = html.find("<circle", at)) != std::string::npos; ++at) ++dots;
+    EXPECT_GT(dots, 2000u);
+    EXPECT_LE(dots, 4025u);
 }
 
 TEST_F(LatencyCommand, LeavesNothingHalfWrittenWhereItMayNotWrite) {

@@ -54,6 +54,22 @@ TEST_F(Output, AFullDiskUnderStandardOutputIsAFailure) {
     }
 }
 
+TEST_F(Output, WhatCannotBeWrittenIsSaidBeforeTheWork) {
+    const auto r = fovea("tradeoff classify " + file("no-such-recording.csv") + " --html " + file("no/such/folder/r.html"));
+    EXPECT_EQ(r.exit_code, 1) << "and not 3: nothing was read yet";
+    EXPECT_THAT(r.err, HasSubstr("no/such/folder"));
+    const auto aimless = fovea("tradeoff predict " + kVive + " --toml " + file("picked.toml"));
+    EXPECT_EQ(aimless.exit_code, 2);
+    EXPECT_THAT(aimless.err, HasSubstr("--budget-us"));
+}
+
+TEST_F(Output, NotANumberIsInNoRange) {
+    for (const std::string& command : {"predict " + kVive + " --csv - --horizon-ms nan", "convert " + kVive + " " + file("a.csv") + " --start nan",
+                                       "synth " + kScenario + " " + file("s.fovea") + " --duration-s nan", std::string("record x --duration nan"),
+                                       std::string("top --interval -nan")})
+        EXPECT_EQ(fovea(command).exit_code, 2) << command;
+}
+
 TEST_F(Output, ASignalLeavesNoHalfFileBehind) {
     const std::string out = file("models.csv");
     const pid_t child = ::fork();
