@@ -14,14 +14,12 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
-
-#include <jpeglib.h>
 
 #include "drivers/synthetic/eye_image.hpp"
 #include "protocol/sphere.hpp"
 #include "tests/device_lab/feed.hpp"
 #include "tests/device_lab/vhci.hpp"
+#include "tests/drivers/camera/jpeg_picture.hpp"
 
 using namespace fovea;
 using namespace fovea::lab;
@@ -39,31 +37,6 @@ void put16(std::vector<std::uint8_t>& b, std::size_t at, std::size_t v) {
 void put32(std::vector<std::uint8_t>& b, std::size_t at, std::size_t v) {
     put16(b, at, v & 0xFFFF);
     put16(b, at + 2, v >> 16);
-}
-
-std::vector<std::uint8_t> as_jpeg(const std::vector<std::uint8_t>& pixels, int side) {
-    jpeg_compress_struct c{};
-    jpeg_error_mgr error{};
-    c.err = jpeg_std_error(&error);
-    jpeg_create_compress(&c);
-    unsigned char* out = nullptr;
-    unsigned long size = 0;
-    jpeg_mem_dest(&c, &out, &size);
-    c.image_width = c.image_height = static_cast<JDIMENSION>(side);
-    c.input_components = 1;
-    c.in_color_space = JCS_GRAYSCALE;
-    jpeg_set_defaults(&c);
-    jpeg_set_quality(&c, 90, TRUE);
-    jpeg_start_compress(&c, TRUE);
-    for (int y = 0; y < side; ++y) {
-        auto* row = const_cast<JSAMPLE*>(pixels.data() + static_cast<std::ptrdiff_t>(y) * side);
-        jpeg_write_scanlines(&c, &row, 1);
-    }
-    jpeg_finish_compress(&c);
-    jpeg_destroy_compress(&c);
-    std::vector<std::uint8_t> bytes(out, out + size);
-    std::free(out);
-    return bytes;
 }
 
 UsbDescriptors camera_descriptors(std::size_t width, std::size_t height, std::size_t fps, bool jpeg) {
@@ -153,7 +126,7 @@ int main(int argc, char** argv) {
             scene.pupil_a = scene.pupil_b = 0.1 * side;
             scene.glints = 1;
             const auto pixels = drivers::synthetic::render_eye(scene);
-            pictures.push_back(jpeg ? as_jpeg(pixels, side) : pixels);
+            pictures.push_back(jpeg ? tests::as_jpeg(pixels, side, side) : pixels);
             log.add(s, MonotonicClock::now());
         }
     }

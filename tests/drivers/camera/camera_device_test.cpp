@@ -3,7 +3,6 @@
 
 #include <cmath>
 #include <condition_variable>
-#include <cstdio>
 #include <map>
 #include <mutex>
 #include <numbers>
@@ -11,7 +10,6 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <jpeglib.h>
 
 #include "daemon/pipeline/calibration.hpp"
 #include "daemon/service/source_loop.hpp"
@@ -19,6 +17,7 @@
 #include "drivers/synthetic/eye_image.hpp"
 #include "protocol/sphere.hpp"
 #include "tests/drivers/camera/fake_camera.hpp"
+#include "tests/drivers/camera/jpeg_picture.hpp"
 
 using namespace fovea;
 using namespace fovea::drivers;
@@ -57,30 +56,7 @@ std::vector<std::uint8_t> eye_looking(Direction<HeadFrame> dir, Slip slip = {}) 
     return pixels;
 }
 
-std::vector<std::uint8_t> as_jpeg(const std::vector<std::uint8_t>& pixels) {
-    jpeg_compress_struct c{};
-    jpeg_error_mgr error{};
-    c.err = jpeg_std_error(&error);
-    jpeg_create_compress(&c);
-    unsigned char* out = nullptr;
-    unsigned long size = 0;
-    jpeg_mem_dest(&c, &out, &size);
-    c.image_width = c.image_height = kSide;
-    c.input_components = 1;
-    c.in_color_space = JCS_GRAYSCALE;
-    jpeg_set_defaults(&c);
-    jpeg_set_quality(&c, 90, TRUE);
-    jpeg_start_compress(&c, TRUE);
-    for (int y = 0; y < kSide; ++y) {
-        auto* row = const_cast<JSAMPLE*>(pixels.data() + y * kSide);
-        jpeg_write_scanlines(&c, &row, 1);
-    }
-    jpeg_finish_compress(&c);
-    jpeg_destroy_compress(&c);
-    std::vector<std::uint8_t> bytes(out, out + size);
-    std::free(out);
-    return bytes;
-}
+std::vector<std::uint8_t> as_jpeg(const std::vector<std::uint8_t>& pixels) { return fovea::tests::as_jpeg(pixels, kSide, kSide); }
 
 struct Lab {
     FakeCameras calls;

@@ -2,38 +2,16 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdio>
-#include <cstdlib>
 #include <random>
 
-#include <jpeglib.h>
+#include "tests/drivers/camera/jpeg_picture.hpp"
 
 using namespace fovea::drivers::camera;
 
 namespace {
 
 std::vector<std::uint8_t> jpeg(int width, int height, std::uint8_t level) {
-    jpeg_compress_struct c{};
-    jpeg_error_mgr errors{};
-    c.err = jpeg_std_error(&errors);
-    jpeg_create_compress(&c);
-    unsigned char* out = nullptr;
-    unsigned long size = 0;
-    jpeg_mem_dest(&c, &out, &size);
-    c.image_width = static_cast<unsigned>(width);
-    c.image_height = static_cast<unsigned>(height);
-    c.input_components = 1;
-    c.in_color_space = JCS_GRAYSCALE;
-    jpeg_set_defaults(&c);
-    jpeg_start_compress(&c, TRUE);
-    std::vector<std::uint8_t> row(static_cast<std::size_t>(width), level);
-    JSAMPROW rows = row.data();
-    for (int y = 0; y < height; ++y) jpeg_write_scanlines(&c, &rows, 1);
-    jpeg_finish_compress(&c);
-    std::vector<std::uint8_t> bytes(out, out + size);
-    std::free(out);
-    jpeg_destroy_compress(&c);
-    return bytes;
+    return fovea::tests::as_jpeg(std::vector<std::uint8_t>(static_cast<std::size_t>(width * height), level), width, height);
 }
 
 }  // namespace
