@@ -173,7 +173,7 @@ struct PupilDetector::State {
     // settled by their edges: an iris in a white eye is darker against its surround than a pupil in an iris.
     void find_candidates(const cv::Mat& image, double r_min, double r_max) {
         // By a whole number: means of whole squares are quick; what is left over at the far sides is no pupil's place.
-        const int by = std::clamp((std::max(image.cols, image.rows) + kCoarseSide / 2) / kCoarseSide, 1, std::min(image.cols, image.rows) / 8);
+        const int by = std::clamp((std::max(image.cols, image.rows) + kCoarseSide - 1) / kCoarseSide, 1, std::min(image.cols, image.rows) / 8);
         const cv::Size size(image.cols / by, image.rows / by);
         cv::resize(image(cv::Rect(0, 0, size.width * by, size.height * by)), small, size, 0, 0, cv::INTER_AREA);
         const double sx = by, sy = by;
