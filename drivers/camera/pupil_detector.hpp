@@ -7,12 +7,12 @@
 //
 // Presets, measured by `fovea tradeoff pupil` (docs/pupil_detection.md):
 //   draft     24 rays, trimmed fit, once     fast      32 rays more, on the smoothed picture
-//   balanced  64 rays, 40 random samples     best      the same for three candidates, and the winner's
+//   balanced  64 rays, <= 40 random samples  best      the same for three candidates, and the winner's
 //                                                                ellipse fitted to the pixels (edge_model.hpp)
 // A pupil must be dark below all of its edge that is seen: the lashes of a closed eye are not.
 //
 // Input: 8-bit grey, 32 to 4096 pixels a side. Units: pixels, pixel centres at integers, +x right, +y down.
-// Threads: one at a time. detect() is noexcept; OpenCV allocates inside it when sizes change, and for glints and fits.
+// Threads: one at a time. detect() is noexcept; It allocates when sizes change.
 // The same picture gives the same result, bit for bit.
 #pragma once
 
