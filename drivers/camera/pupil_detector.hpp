@@ -12,7 +12,7 @@
 // A pupil must be dark below all of its edge that is seen: the lashes of a closed eye are not.
 //
 // Input: 8-bit grey, 32 to 4096 pixels a side. Units: pixels, pixel centres at integers, +x right, +y down.
-// Threads: one at a time. detect() is noexcept; It allocates when sizes change.
+// Threads: one at a time. detect() is noexcept; it allocates when sizes change.
 // The same picture gives the same result, bit for bit.
 #pragma once
 
