@@ -94,6 +94,7 @@ void Context::submit_view(GLuint view, Call call) {
         if (shape_.layered) run_native(true);  // layers after the first get nothing but clears
         run_levels(pass);
         if (batch_.stencil_cleared) pass.cleared_to.stencil = cleared_to_.stencil;
+        if (batch_.depth_cleared) pass.cleared_to.depth = cleared_to_.depth;
         pass.mode = Pass::Mode::levels;
         pass.resolved = false;
         count(stats.submissions_levels);
@@ -426,8 +427,19 @@ void Context::restore_depth(Pass& pass) {
     Undo own;
     save_for_own_drawing(own);
     set_for_own_drawing();
-    pass.targets->resolve_depth(own_, *pass.plan, draw_framebuffer_);
-    pass.targets->resolve_stencil(own_, *pass.plan, draw_framebuffer_, pass.masked, pass.cleared_to.stencil);
+    const bool depth = pass.targets->resolve_depth(own_, *pass.plan, draw_framebuffer_);
+    const bool stencil = pass.targets->resolve_stencil(own_, *pass.plan, draw_framebuffer_, pass.masked, pass.cleared_to.stencil);
+    // What cannot be read is discarded, as the specifications allow: it holds what it was cleared to, and nothing older.
+    const TargetShape& shape = pass.targets->shape();
+    const GLbitfield lost = (shape.has_depth && !depth ? GL_DEPTH_BUFFER_BIT : 0u) | (shape.has_stencil && !stencil ? GL_STENCIL_BUFFER_BIT : 0u);
+    if (lost != 0 && !shape.in_place) {
+        gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, draw_framebuffer_);
+        gl.DepthMask(GL_TRUE);
+        gl.StencilMask(~0u);
+        gl.ClearDepthf(pass.cleared_to.depth);
+        gl.ClearStencil(pass.cleared_to.stencil);
+        gl.Clear(lost);
+    }
     own.restore();
     drop_errors();
 }

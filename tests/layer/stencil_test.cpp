@@ -141,4 +141,48 @@ TEST_F(Stencil, TheTopBitOfAClearIsThereWhenStencilIsUsedLater) {
     }
 }
 
+// "The depth and/or stencil attachments should be discarded or invalidated after rendering" (texture_foveated, issue 5). Samples
+// cannot be read by a draw: when the frame goes on at full density, depth and stencil hold what the pass was cleared to.
+TEST_F(Stencil, OfMultisampledTargetsIsDiscardedToItsClear) {
+    Surface s{.width = kSize, .height = kSize};
+    GLuint colors = 0;
+    glGenFramebuffers(1, &s.framebuffer);
+    glGenRenderbuffers(1, &colors);
+    glGenRenderbuffers(1, &s.depth);
+    glBindFramebuffer(GL_FRAMEBUFFER, s.framebuffer);
+    glBindRenderbuffer(GL_RENDERBUFFER, colors);
+    glRenderbufferStorageMultisample(GL_RENDERBUFFER, 4, GL_RGBA8, kSize, kSize);
+    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER, colors);
+    glBindRenderbuffer(GL_RENDERBUFFER, s.depth);
+    glRenderbufferStorageMultisample(GL_RENDERBUFFER, 4, GL_DEPTH24_STENCIL8, kSize, kSize);
+    glFramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, GL_RENDERBUFFER, s.depth);
+    const Surface plain = surface(kSize, kSize, false);
+    const GLuint p = counting();
+    glBindFramebuffer(GL_FRAMEBUFFER, s.framebuffer);
+    glClearStencil(0x55);
+    glClearDepthf(0);
+    glClear(GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);  // the program's own buffer: nothing of it may be seen later
+    glFinish();
+    foveate(s);
+    focus(s, 0, 0, 16);
+    glClearColor(1, 0, 0, 1);
+    glClearStencil(0x12);
+    glClearDepthf(1);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
+    glEnable(GL_DEPTH_TEST);
+    write_stencil(-1, -1, 2, 0x25);
+    glFlush();
+    draw_where(GL_EQUAL, 0x12);
+    glUseProgram(p);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    draw_where(GL_EQUAL, 0x55);
+    draw_triangle(-1, -1, 4, -1, {0, 0, 1, 1});
+    glDisable(GL_STENCIL_TEST);
+    glDisable(GL_DEPTH_TEST);
+    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, plain.framebuffer);
+    glBlitFramebuffer(0, 0, kSize, kSize, 0, 0, kSize, kSize, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+    for (const Rgba& pixel : read(plain).pixels) ASSERT_EQ(pixel, kGreen);
+    EXPECT_GL(GL_NO_ERROR);
+}
+
 }  // namespace fovea::layer_test

@@ -261,4 +261,33 @@ TEST_F(VertexFormats, AndBindingsBelongToTheirDraw) {
     EXPECT_GL(GL_NO_ERROR);
 }
 
+// docs/layer.md, Limits: an array object that was not bound when its buffer was deleted goes on with it, as it does without the
+// layer; where the attribute is set anew within a frame, the draws from then on are right.
+TEST_F(VertexFormats, OfAnArrayThatKeepsADeletedBuffer) {
+    const Surface s = foveated();
+    GLuint array = 0, deleted = 0, other = 0;
+    glGenVertexArrays(1, &array);
+    glBindVertexArray(array);
+    deleted = covering_buffer();
+    glBindVertexArray(0);
+    glDeleteBuffers(1, &deleted);
+    glBindVertexArray(array);
+    draw_in(1, 0, 0);
+    focus(s, 0.5f, 0.5f, 8);
+    for (const Rgba& pixel : read(s).pixels) ASSERT_EQ(pixel, kRed);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    draw_in(0, 0, 1);
+    glFlush();
+    for (const Rgba& pixel : read(s).pixels) ASSERT_EQ(pixel, kBlue);
+    glGenBuffers(1, &other);
+    glBindBuffer(GL_ARRAY_BUFFER, other);
+    glBufferData(GL_ARRAY_BUFFER, sizeof kCover, kCover, GL_STATIC_DRAW);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    draw_in(1, 0, 0);
+    glVertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, 0, nullptr);
+    draw_in(0, 1, 0);
+    for (const Rgba& pixel : read(s).pixels) ASSERT_EQ(pixel, kGreen);
+    EXPECT_GL(GL_NO_ERROR);
+}
+
 }  // namespace fovea::layer_test
