@@ -87,3 +87,33 @@ TEST(PayTest, OneSlowFrameOfTheMeasuredDecidesNothing) {
     run.frames(kTrial - PayTest::kSettle - 3, 1'000'000, 900'000, 0, 0);
     EXPECT_TRUE(run.test.levels_now());
 }
+
+TEST(PayTest, OneFastFrameOfTheMeasuredDecidesNothing) {
+    Frames run;
+    // In both blocks of levels one frame takes no time: the last of it is counted with the one before.
+    const auto block = [&run](bool skips) {
+        run.frames(PayTest::kSettle + 1, 1'000'000, 1'500'000, 0, 0);
+        if (skips) run.now -= 1'400'000;
+        run.frames(PayTest::kMeasured - 1, 1'000'000, 1'500'000, 0, 0);
+    };
+    for (const bool levels : {false, true, true, false}) block(levels);
+    EXPECT_FALSE(run.test.levels_now());
+}
+
+TEST(PayTest, TrialsComeNeverLessOftenThanTheMostHold) {
+    Frames run;
+    const auto next_hold = [&run] {  // frames between two trials
+        run.frames(kTrial, 1'000'000, 2'000'000, 0, 0);
+        int frames = 0;
+        for (; !run.test.levels_now() && frames <= 2 * PayTest::kMostHold; ++frames) {
+            Frames before = run;
+            before.frames(PayTest::kSettle + PayTest::kMeasured, 1'000'000, 2'000'000, 0, 0);
+            if (before.test.levels_now()) break;  // the second block of the next trial would begin
+            run.frames(1, 1'000'000, 2'000'000, 0, 0);
+        }
+        return frames;
+    };
+    int hold = 0;
+    for (int i = 0; i < 8; ++i) hold = next_hold();
+    EXPECT_EQ(hold, PayTest::kMostHold);
+}
