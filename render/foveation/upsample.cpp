@@ -48,8 +48,8 @@ void blend_rows(const std::uint8_t* a, const std::uint8_t* b, std::uint16_t w0, 
 // (k + 1/2) / factor - 1/2 texels from its middle: the first half between it and the one before, the others and the one after.
 template <int Shift>
 void enlarge_row(const std::uint16_t* row, std::size_t texels, int total, std::uint8_t* out) noexcept {
-    const Two round = Two{} + static_cast<std::uint16_t>(1u << (total - 1));
-    const auto shift = static_cast<std::uint16_t>(total);
+    const auto half = static_cast<std::uint16_t>(1u << (total - 1)), shift = static_cast<std::uint16_t>(total);
+    const Two round = Two{} + half;   // of a variable: with the expression in its place a sanitizer's build takes it for an int
     Two before = twice(row), here = twice(row + 4);
     for (std::size_t i = 0; i < texels; ++i) {
         const Two after = twice(row + 8 + 4 * i);
