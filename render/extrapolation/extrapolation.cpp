@@ -162,8 +162,9 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
                     s.known_projection.resize_known(hints.motion->width, hints.motion->height);
                 } else {
                     s.known_projection.resize(hints.motion->width, hints.motion->height);
-                    s.known_edges.resize(hints.motion->width, hints.motion->height, src1.width_px, src1.format, s.settings.threads);
                 }
+                // In both cases: the next call may come without depth.
+                s.known_edges.resize(hints.motion->width, hints.motion->height, src1.width_px, src1.format, s.settings.threads);
                 s.known_with_depth = with_depth;
             } catch (const std::bad_alloc&) {
                 s.known_projection = {};

@@ -49,6 +49,17 @@ Known bar_motion(int w, int h, float left, float right, float u) {
 }
 int level(const Picture& p, int x, int y, int channel) { return std::to_integer<int>(p.at(x, y)[channel]); }
 
+TEST(KnownMotion, DepthMayComeAndGoBetweenFramesOfOneSize) {
+    const Picture a = bar_at(96, 64, 30, 50), b = bar_at(96, 64, 36, 56);
+    const Known known = bar_motion(96, 64, 36, 56, 6);
+    const KnownMotion with_depth = known.view(), without{known.motion.data(), nullptr, 96, 64};
+    Picture out(96, 64, Format::rgba8), fresh(out);
+    auto e = engine(), other = engine();
+    ASSERT_EQ(run(other, a, b, fresh, 0.5f, {.motion = &without}), Outcome::ok);
+    for (const KnownMotion* motion : {&with_depth, &without, &with_depth, &without}) ASSERT_EQ(run(e, a, b, out, 0.5f, {.motion = motion}), Outcome::ok);
+    EXPECT_EQ(out, fresh);
+}
+
 TEST(KnownMotion, CarriesWhatIsInFrontOverWhatIsBehind) {
     // Stripes that match everywhere, so that the pictures alone say nothing: only the known motion can move them.
     constexpr int kSize = 96;
