@@ -44,6 +44,9 @@ struct LoadedRecording {
 [[nodiscard]] Result<std::vector<LoadedRecording>> load_recordings(
     const std::vector<std::string>& paths, const std::function<void(const Error&)>& skipped);
 
+// Nanoseconds of processor time that the pipeline takes for the whole recording, after a warm-up that does not count.
+[[nodiscard]] double timed_run(const pipeline::PipelineSettings& settings, const replay::Recording& recording);
+
 class Judgement {
 public:
     explicit Judgement(std::vector<std::int64_t> horizons_ns) : horizons_ns_{std::move(horizons_ns)} {}

@@ -1,6 +1,5 @@
 // Filters and classifiers: `fovea tradeoff filter` and `fovea tradeoff classify`.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -30,14 +29,6 @@ double over_groups(const std::map<std::string, Mean>& groups) {
     for (const auto& [name, g] : groups)
         if (g.n >= Judgement::kLeast) m.add(g.value());
     return m.value();
-}
-
-double timed_run(const pipeline::PipelineSettings& settings, const replay::Recording& recording) {
-    auto p = pipeline::Pipeline::create(settings);
-    if (!p) return 0;
-    const auto before = std::chrono::steady_clock::now();
-    for (const auto& r : recording.samples) (void)p->update(r.sample);
-    return std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - before).count();
 }
 
 // The gaze at t as one who knows the future sees it: the mean of the raw gaze 10 ms either way, where no saccade runs.
