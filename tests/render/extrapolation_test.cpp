@@ -358,6 +358,20 @@ TEST(Extrapolation, GazeSavesEffortOutsideAndNothingInside) {
     EXPECT_EQ(foveated, full) << "a gaze that is no number is full effort";
 }
 
+TEST(Extrapolation, AGazeAnywhereAndOfAnySizeGivesAFrame) {
+    const Picture a = square_at(300, 60, 90), b = square_at(300, 66, 88, 2.5f), still = square_at(300, 66, 88);
+    Picture out(300, 300, Format::rgba8), three(out);
+    for (const Preset p : {Preset::draft, Preset::best}) {
+        auto e = engine(p), e3 = engine(p, 3);
+        for (const Gaze& gaze : {Gaze{-1000, -1000, 64, 128}, Gaze{5000, 150, 64, 128}, Gaze{299, 299, 0, 0}, Gaze{150, 150, 1e30f, 1e30f}, Gaze{66, 88, 3, kInf}, Gaze{0, 150, 40, 90}})
+            for (const Picture* before : {&a, &still}) {
+                ASSERT_EQ(run(e, *before, b, out, 0.5f, {.gaze = &gaze}), Outcome::ok);
+                ASSERT_EQ(run(e3, *before, b, three, 0.5f, {.gaze = &gaze}), Outcome::ok);
+                EXPECT_EQ(out, three) << gaze.x_px << " " << gaze.full_radius_px;
+            }
+    }
+}
+
 TEST(Extrapolation, SteadyFramesDoNotAllocate) {
     const Picture a = square_at(256, 40, 40), b = square_at(256, 45, 43);
     Picture out(256, 256, Format::rgba8);
