@@ -1,22 +1,24 @@
 // The engine as OpenGL ES passes: the same steps as on the processor, each a small kernel that runs as a fragment shader
 // or, where the result is a storable image, as a compute shader.
 //
-//   src1, src2 -> tiles (still or not)          motion per patch, per level, coarse to fine, from near to far and back:
-//              -> luma -> its levels     ->     search -> relax x n  ->  spread -> check -> smooth -> judge (blocks, cut)
-//                                               -> background -> displacement -> gather -> output
+//   src1, src2 -> luma of both, tiles (still or not) -> levels       motion per patch, per level, coarse to fine, from near to far
+//              and back: search -> balance x n      ->      spread and check -> smooth -> judge (blocks, cut) -> carry
+//                                                   -> background, span -> displacement -> gather -> output
 //
-// The steps are those of the processor's engine; their arithmetic is not: patches are sampled at 4x4 points, neighbours are
-// asked all at once instead of in turn, and what cannot be scattered is looked for. The pictures agree to within 1.5 dB of
-// each other's error, which extrapolation_gl_test holds them to; known motion and gaze are the processor's alone.
+// The steps are those of the processor's engine; their order is not: neighbours are asked all at once instead of in turn, and
+// what cannot be scattered is looked for. The pictures agree to within 1 dB of each other's error, which
+// extrapolation_gl_quality_test holds them to; known motion and gaze are the processor's alone.
 // Threads: the context's thread.
 #pragma once
 
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "protocol/error.hpp"
 #include "render/extrapolation/extrapolation.hpp"
 #include "render/extrapolation/gl_functions.hpp"
+#include "render/extrapolation/gl_programs.hpp"
 #include "render/extrapolation/tuning.hpp"
 
 namespace fovea::render::extrapolation {
@@ -37,33 +39,40 @@ public:
 
 private:
     struct Level {
-        GLuint luma_near = 0, luma_far = 0, motion[2] = {}, back[2] = {};
+        GLuint near = 0, far = 0, patches = 0, motion[2] = {}, back[2] = {};   // luma; the search's result; motion: [0] the latest
         int width = 0, height = 0, columns = 0, rows = 0;
     };
-    explicit GlPasses(const GlFunctions& gl, Preset preset, bool compute) noexcept;
-    [[nodiscard]] Result<void> build();
+    explicit GlPasses(const GlFunctions& gl, Preset preset) noexcept;
+    [[nodiscard]] Result<void> build(bool compute);
     bool prepare(int width_px, int height_px) noexcept;
     void release_images() noexcept;
-    [[nodiscard]] GLuint make_image(int width, int height) noexcept;
-    void use(int kernel, bool compute) noexcept;
-    void bind(int unit, GLuint texture, GLuint sampler) noexcept;
-    void set(const char* name, float value) noexcept;
-    void set(const char* name, int x, int y) noexcept;
-    void set(const char* name, int x) noexcept;
-    void search_level(std::size_t l, bool back, int rounds) noexcept;
-    // Runs a kernel of kKernels over an image in between.
-    void pass(int kernel, GLuint target, int width, int height) noexcept;
-    void write(GLuint texture, int level, int width, int height, bool compute, GLenum format) noexcept;
+    [[nodiscard]] GLuint make_image(int width, int height, GLenum format = GL_RGBA16F) noexcept;
+    [[nodiscard]] GLuint make_padded(int width, int height, GLenum format = GL_RGBA16F) noexcept;
+
+    void use(const GlProgram& program) noexcept;
+    void use(Kernel kernel) noexcept { use(programs_.of(kernel)); }
+    void bind(int unit, GLuint texture) noexcept;
+    void set_size(int x, int y) noexcept { gl_.Uniform2i(current_.size, x, y); }
+    void set_cell(int px) noexcept { gl_.Uniform1i(current_.cell, px); }
+    void set_rounds(int n) noexcept { gl_.Uniform1i(current_.rounds, n); }
+    void set_reach(float v) noexcept { gl_.Uniform1f(current_.reach, v); }
+    // Runs the kernel in use over an image in between.
+    void pass(Kernel kernel, GLuint target, int width, int height, GLenum format = GL_RGBA16F) noexcept;
+    void draw(GLuint texture, int level, int width, int height) noexcept;
+    void draw_several(std::span<const GLuint> textures, int width, int height) noexcept;
+
+    void make_levels(GLuint near, GLuint far, Format format) noexcept;
+    void search_level(std::size_t l, bool back) noexcept;
+    [[nodiscard]] GLuint find_motion() noexcept;                        // per cell: motion, trust
+    [[nodiscard]] GLuint carry(GLuint motion, float step) noexcept;     // per cell: where the output comes from
 
     const GlFunctions& gl_;
-    Preset preset_;
     Tuning tuning_;
-    bool compute_;
+    GlPrograms programs_;
+    GlProgram current_;
     int cell_px_ = 4;
-    static constexpr int kKernelCount = 13;
-    GLuint fragment_[kKernelCount] = {}, compute_programs_[kKernelCount] = {}, gather_compute_[3] = {}, fragment_gather_ = 0, copy_ = 0, current_ = 0;
-    GLuint array_ = 0, framebuffer_ = 0, linear_ = 0, nearest_ = 0;
-    GLuint tiles_ = 0, blocks_ = 0, verdict_ = 0, background_ = 0, dense_[3] = {};   // dense: motion per pixel of the finest level
+    GLuint array_ = 0, framebuffer_ = 0, several_ = 0, linear_ = 0, nearest_ = 0;
+    GLuint same_ = 0, tiles_ = 0, blocks_ = 0, counts_ = 0, verdict_ = 0, background_ = 0, spans_[2] = {}, dense_[3] = {};   // dense: per cell
     std::vector<Level> levels_;
     int width_px_ = 0, height_px_ = 0;
     bool float_outputs_ = false;

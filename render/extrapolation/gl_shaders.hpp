@@ -1,7 +1,9 @@
-// The kernels of gl_passes.cpp: each defines vec4 kernel(ivec2 at).
+// The kernels of gl_passes.cpp that find the motion of patches; those that use it are in gl_shaders_field.hpp.
 //
-// Coordinates: pixels of the kernel's own output; images are sampled with clamped edges. A patch of the motion grid is
-// centred on the corner 4 * at of the luma level's pixels, as in kernels_search.hpp.
+// A kernel defines RESULT kernel(ivec2 at), or its own main. Coordinates: pixels of the kernel's own output; images are
+// sampled with clamped edges. A patch of the motion grid has 8x8 pixels and is centred on the corner 4 * at of the luma
+// level's pixels, as in kernels_search.hpp. A software rasteriser runs both sides of an `if`, but leaves a loop when nobody is
+// in it any more: what can be spared is spared as turns of a loop.
 #pragma once
 
 namespace fovea::render::extrapolation::shaders {
@@ -10,28 +12,40 @@ inline constexpr const char* kHead = R"(#version 310 es
 precision highp float;
 precision highp int;
 precision highp sampler2D;
+precision highp usampler2D;
 layout(binding = 0) uniform sampler2D image0;
 layout(binding = 1) uniform sampler2D image1;
 layout(binding = 2) uniform sampler2D image2;
 layout(binding = 3) uniform sampler2D image3;
+layout(binding = 4) uniform usampler2D patches;
 uniform ivec2 size;      // of image0, where a kernel needs it
 uniform int cell;
 uniform int rounds;
 uniform float step_px;
 uniform float reach;
+ivec2 way(int k) { return ivec2(k == 0 ? -1 : k == 1 ? 1 : 0, k == 2 ? -1 : k == 3 ? 1 : 0); }
+// Red of the pixels base + (0,1) (1,1) (1,0) (0,0), asked for at the corner that they share.
+vec4 quad(sampler2D image, vec2 base, vec2 its_size) { return textureGather(image, (base + 1.0) / its_size); }
+// Red between pixel centres; not every driver filters 32-bit floats.
+float between(sampler2D image, vec2 p) {
+    vec2 q = p - 0.5, base = floor(q), f = q - base;
+    vec4 g = quad(image, base, vec2(textureSize(image, 0)));
+    vec2 rows = mix(g.wx, g.zy, f.x);
+    return mix(rows.x, rows.y, f.y);
+}
 )";
 
 inline constexpr const char* kVertex = R"(#version 310 es
 void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0); }
 )";
 inline constexpr const char* kFragmentMain = R"(
-layout(location = 0) out vec4 color;
+layout(location = 0) out RESULT color;
 void main() { color = kernel(ivec2(gl_FragCoord.xy)); }
 )";
 // %s: the image's format qualifier.
 inline constexpr const char* kComputeMain = R"(
 layout(local_size_x = 8, local_size_y = 8) in;
-layout(%s, binding = 0) writeonly uniform highp image2D target;
+layout(%s, binding = 0) writeonly uniform highp IMAGE target;
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
     if (all(lessThan(at, imageSize(target)))) imageStore(target, at, kernel(at));
@@ -42,340 +56,191 @@ inline constexpr const char* kCopy = R"(
 vec4 kernel(ivec2 at) { return texelFetch(image0, at, 0); }
 )";
 
-// 1 where a tile of 16x16 pixels is the same in both, bit for bit.
-inline constexpr const char* kTiles = R"(
-vec4 kernel(ivec2 at) {
-    for (int y = 16 * at.y; y < min(16 * at.y + 16, size.y); ++y)
-        for (int x = 16 * at.x; x < min(16 * at.x + 16, size.x); ++x)
-            if (floatBitsToUint(texelFetch(image0, ivec2(x, y), 0)) != floatBitsToUint(texelFetch(image1, ivec2(x, y), 0)))
-                return vec4(0.0);
-    return vec4(1.0);
+// Luma of a cell in both pictures, 0 to 255, and whether the cell is the same in both, bit for bit. `reach` 1: float pictures,
+// mapped to x / (1 + x). `rounds` 1: one channel, taken as grey.
+inline constexpr const char* kLuma = R"(//K luma
+layout(location = 0) out vec4 near_luma;
+layout(location = 1) out vec4 far_luma;
+layout(location = 2) out vec4 same;
+float luma(vec4 p) {
+    if (rounds == 1) p.rgb = p.rrr;
+    float l = dot(p.rgb, vec3(0.299, 0.587, 0.114));
+    l = l > 0.0 && l < 1e30 ? l : 0.0;
+    if (reach > 0.0) l = l / (1.0 + l);
+    return 0.75 * l + 0.25 * (p.a > 0.0 ? min(p.a, 1.0) : 0.0);
 }
-)";
-
-// Luma of a cell, 0 to 255. `reach` 1: a float picture, mapped to x / (1 + x). `rounds` 1: one channel, taken as grey.
-inline constexpr const char* kLuma = R"(
-vec4 kernel(ivec2 at) {
-    float sum = 0.0;
+void main() {
+    ivec2 first = cell * ivec2(gl_FragCoord.xy);
+    vec2 sum = vec2(0.0);
+    uvec4 differs = uvec4(0u);
     for (int y = 0; y < cell; ++y)
         for (int x = 0; x < cell; ++x) {
-            vec4 p = texelFetch(image0, min(cell * at + ivec2(x, y), size - 1), 0);
-            if (rounds == 1) p.rgb = p.rrr;
-            float l = dot(p.rgb, vec3(0.299, 0.587, 0.114));
-            l = l > 0.0 && l < 1e30 ? l : 0.0;
-            if (reach > 0.0) l = l / (1.0 + l);
-            float a = p.a > 0.0 ? min(p.a, 1.0) : 0.0;
-            sum += 0.75 * l + 0.25 * a;
+            ivec2 p = min(first + ivec2(x, y), size - 1);
+            vec4 near = texelFetch(image0, p, 0), far = texelFetch(image1, p, 0);
+            differs |= floatBitsToUint(near) ^ floatBitsToUint(far);
+            sum += vec2(luma(near), luma(far));
         }
-    return vec4(255.0 * sum / float(cell * cell), 0.0, 0.0, 1.0);
+    sum *= 255.0 / float(cell * cell);
+    near_luma = vec4(sum.x, 0.0, 0.0, 1.0);
+    far_luma = vec4(sum.y, 0.0, 0.0, 1.0);
+    same = vec4(differs == uvec4(0u) ? 1.0 : 0.0);
 }
 )";
 
-inline constexpr const char* kHalve = R"(
-vec4 kernel(ivec2 at) { return vec4(textureLod(image0, vec2(2 * at + 1) / vec2(size), 0.0).r, 0.0, 0.0, 1.0); }
-)";
-
-// Inverse compositional search of one patch: sixteen samples, each the mean of 2x2 pixels. Result: motion, cost per sample,
-// and how much the patch knows (the smaller of its gradients' sums).
-inline constexpr const char* kSearch = R"(
-float t[16];
-vec2 g[16];
-vec2 origin, mean_g;
-float near_at(vec2 p) { return textureLod(image0, p / vec2(size), 0.0).r; }
-vec4 fit(vec2 m) {   // bx, by, cost
-    vec3 sum = vec3(0.0);
-    float squares = 0.0;
-    for (int i = 0; i < 16; ++i) {
-        float d = textureLod(image1, (origin + 2.0 * vec2(i & 3, i >> 2) + m) / vec2(size), 0.0).r - t[i];
-        sum += vec3(g[i] * d, d);
-        squares += d * d;
-    }
-    return vec4(sum.xy - mean_g * sum.z, squares - sum.z * sum.z / 16.0, 0.0);
-}
+// x: 1 where all cells of a tile of 16x16 pixels are the same. y: 1 where such a tile has anything in it that shows that it
+// stands still. image0: `same` of kLuma, image1: near luma; size: of both.
+inline constexpr const char* kTiles = R"(//K tiles
 vec4 kernel(ivec2 at) {
-    origin = vec2(4 * at) - 3.0;
-    vec2 sum = vec2(0.0);
-    vec3 h = vec3(0.0);
-    for (int i = 0; i < 16; ++i) {
-        vec2 p = origin + 2.0 * vec2(i & 3, i >> 2);
-        t[i] = near_at(p);
-        g[i] = 0.5 * vec2(near_at(p + vec2(1, 0)) - near_at(p - vec2(1, 0)), near_at(p + vec2(0, 1)) - near_at(p - vec2(0, 1)));
-        sum += g[i];
-        h += vec3(g[i] * g[i], g[i].x * g[i].y);
-    }
-    mean_g = sum / 16.0;
-    h -= vec3(sum * sum, sum.x * sum.y) / 16.0;
+    int n = 16 / cell;
+    float low = 1e9, high = -1e9;
+    for (int y = n * at.y; y < min(n * at.y + n, size.y); ++y)
+        for (int x = n * at.x; x < min(n * at.x + n, size.x); ++x) {
+            if (texelFetch(image0, ivec2(x, y), 0).r < 0.5) return vec4(0.0);
+            float l = texelFetch(image1, ivec2(x, y), 0).r;
+            low = min(low, l);
+            high = max(high, l);
+        }
+    return vec4(1.0, high - low > 0.02 ? 1.0 : 0.0, 0.0, 1.0);
+}
+)";
+
+// The next level of both lumas. size: of this one.
+inline constexpr const char* kHalve = R"(//K halve
+layout(location = 0) out vec4 near_luma;
+layout(location = 1) out vec4 far_luma;
+void main() {
+    vec2 base = min(2.0 * floor(gl_FragCoord.xy), vec2(size - 1)), all_of_it = vec2(textureSize(image0, 0));
+    near_luma = vec4(dot(quad(image0, base, all_of_it), vec4(0.25)), 0.0, 0.0, 1.0);
+    far_luma = vec4(dot(quad(image1, base, all_of_it), vec4(0.25)), 0.0, 0.0, 1.0);
+}
+)";
+
+// What is known of a patch, in one texel: u and v as they are; xx, yy, xy (of 64 pixels, over 64) as halves.
+inline constexpr const char* kPatch = R"(
+struct Patch { vec2 motion; vec3 matrix; };   // matrix: xx, yy, xy, less where the patch fits badly
+uvec4 words_of(Patch p) { return uvec4(floatBitsToUint(p.motion), packHalf2x16(p.matrix.xy / 64.0), packHalf2x16(vec2(p.matrix.z / 64.0, 0.0))); }
+vec2 motion_of(uvec4 t) { return uintBitsToFloat(t.xy); }
+Patch patch_of(uvec4 t) {
+    return Patch(uintBitsToFloat(t.xy), 64.0 * vec3(unpackHalf2x16(t.z), unpackHalf2x16(t.w).x));
+}
+)";
+
+// Inverse compositional search of one patch. image0: the luma it is of, image1: the other, image2: motion of the coarser
+// level, unless reach is 0; image3: tiles. Rows of the window: columns -1 to 2, 3 to 6, and 7 and 8 of the patch.
+inline constexpr const char* kSearch = R"(//K search
+vec4 wa[10], wb[10];
+vec2 wc[10], corner, mean_g, all_of_it;   // all_of_it: of the textures, which may be larger than the level
+#define WINDOW(j) { vec2 b = corner + vec2(-1, 2 * j - 1); \
+    vec4 p = quad(image0, b, all_of_it), q = quad(image0, b + vec2(2, 0), all_of_it), r = quad(image0, b + vec2(4, 0), all_of_it), s = quad(image0, b + vec2(6, 0), all_of_it), t = quad(image0, b + vec2(8, 0), all_of_it); \
+    wa[2 * j] = vec4(p.wz, q.wz); wb[2 * j] = vec4(r.wz, s.wz); wc[2 * j] = t.wz; \
+    wa[2 * j + 1] = vec4(p.xy, q.xy); wb[2 * j + 1] = vec4(r.xy, s.xy); wc[2 * j + 1] = t.xy; }
+#define LEFT(r) vec4(wa[r].yzw, wb[r].x)
+#define RIGHT(r) vec4(wb[r].yzw, wc[r].x)
+#define GRADIENTS(r) vec4 gxa = 0.5 * (vec4(wa[r].zw, wb[r].xy) - wa[r]), gxb = 0.5 * (vec4(wb[r].zw, wc[r]) - wb[r]); \
+    vec4 gya = 0.5 * (LEFT(r + 1) - LEFT(r - 1)), gyb = 0.5 * (RIGHT(r + 1) - RIGHT(r - 1));
+// One row of the patch against the row between `upper` and `lower` of the other picture.
+#define COMPARE(r, upper_a, upper_b, lower_a, lower_b) { GRADIENTS(r) \
+    vec4 a = mix(upper_a, lower_a, f.y) - LEFT(r), b = mix(upper_b, lower_b, f.y) - RIGHT(r); \
+    sd += a + b; sdd += a * a + b * b; sx += a * gxa + b * gxb; sy += a * gya + b * gyb; }
+// Two rows of the other picture, between columns.
+#define TWO_ROWS(j) { vec2 b = base + vec2(0, 2 * j); \
+    vec4 p = quad(image1, b, all_of_it), q = quad(image1, b + vec2(2, 0), all_of_it), r = quad(image1, b + vec2(4, 0), all_of_it), s = quad(image1, b + vec2(6, 0), all_of_it); \
+    vec2 t = quad(image1, b + vec2(8, 0), all_of_it).wx; \
+    ea = mix(vec4(p.wz, q.wz), vec4(p.z, q.wz, r.w), f.x); eb = mix(vec4(r.wz, s.wz), vec4(r.z, s.wz, t.x), f.x); \
+    oa = mix(vec4(p.xy, q.xy), vec4(p.y, q.xy, r.x), f.x); ob = mix(vec4(r.xy, s.xy), vec4(r.y, s.xy, t.y), f.x); }
+vec3 fit(vec2 m) {   // bx, by, cost
+    vec2 base = floor(corner + m), f = corner + m - base;
+    vec4 sd = vec4(0.0), sdd = vec4(0.0), sx = vec4(0.0), sy = vec4(0.0), ea, eb, oa, ob, la, lb;
+    TWO_ROWS(0) COMPARE(1, ea, eb, oa, ob) la = oa; lb = ob;
+    TWO_ROWS(1) COMPARE(2, la, lb, ea, eb) COMPARE(3, ea, eb, oa, ob) la = oa; lb = ob;
+    TWO_ROWS(2) COMPARE(4, la, lb, ea, eb) COMPARE(5, ea, eb, oa, ob) la = oa; lb = ob;
+    TWO_ROWS(3) COMPARE(6, la, lb, ea, eb) COMPARE(7, ea, eb, oa, ob) la = oa; lb = ob;
+    TWO_ROWS(4) COMPARE(8, la, lb, ea, eb)
+    const vec4 one = vec4(1.0);
+    float shift = dot(sd, one) / 64.0;
+    return vec3(vec2(dot(sx, one), dot(sy, one)) - mean_g * (64.0 * shift), dot(sdd, one) - 64.0 * shift * shift);
+}
+// The patch lies further outside the other picture than outside its own: what it shows came into the picture since.
+bool leaves(vec2 m) {
+    vec2 last = vec2(size - 8), p = corner + m;
+    return any(lessThan(p, min(corner, vec2(0.0)) - 1.0)) || any(greaterThan(p, max(corner, last) + 1.0));
+}
+RESULT kernel(ivec2 at) {
+    corner = vec2(4 * at) - 4.0;
+    all_of_it = vec2(textureSize(image0, 0));
     vec2 m = vec2(0.0);
-    ivec2 coarse = textureSize(image2, 0) - 1;
+    ivec2 coarse = ((size + 1) / 2 + 3) / 4;   // the last of the coarser level's patches
     bool has_coarse = reach < 0.0;
     if (has_coarse) m = texelFetch(image2, min(at / 2, coarse), 0).xy + texelFetch(image2, min((at + 1) / 2, coarse), 0).xy;
-    // A still tile with anything in it stands still.
-    ivec2 tiles = textureSize(image3, 0) - 1;
+    WINDOW(0) WINDOW(1) WINDOW(2) WINDOW(3) WINDOW(4)
+    vec4 tx = vec4(0.0), ty = vec4(0.0), txx = vec4(0.0), tyy = vec4(0.0), txy = vec4(0.0);
+#define SUM(r) { GRADIENTS(r) tx += gxa + gxb; ty += gya + gyb; txx += gxa * gxa + gxb * gxb; tyy += gya * gya + gyb * gyb; txy += gxa * gya + gxb * gyb; }
+    SUM(1) SUM(2) SUM(3) SUM(4) SUM(5) SUM(6) SUM(7) SUM(8)
+    const vec4 one = vec4(1.0);
+    mean_g = vec2(dot(tx, one), dot(ty, one)) / 64.0;
+    vec3 h = vec3(dot(txx, one), dot(tyy, one), dot(txy, one)) - 64.0 * vec3(mean_g * mean_g, mean_g.x * mean_g.y);
+    ivec2 tiles = (size * cell + 15) / 16 - 1;
     ivec2 first = clamp((4 * at - 4) * cell / 16, ivec2(0), tiles), last = clamp(((4 * at + 4) * cell - 1) / 16, ivec2(0), tiles);
-    bool still = all(lessThanEqual(last - first, ivec2(3)));
+    bool still = all(lessThanEqual(last - first, ivec2(3))), anchored = false;
     for (int y = first.y; still && y <= last.y; ++y)
-        for (int x = first.x; still && x <= last.x; ++x) still = texelFetch(image3, ivec2(x, y), 0).r > 0.5;
-    float known = min(h.x, h.y);
-    if (still && h.x + h.y > 0.1) return vec4(0.0, 0.0, 0.0, 1e4);
-    if (h.x + h.y < 8.0) return vec4(m, 0.0, 0.0);
-    vec4 best = fit(m);
-    if (has_coarse)
-        for (int k = 0; k < 5; ++k) {
-            ivec2 q = clamp(at / 2 + ivec2(k == 0 ? -1 : k == 1 ? 1 : 0, k == 2 ? -1 : k == 3 ? 1 : 0), ivec2(0), coarse);
-            vec2 other = k == 4 ? vec2(0.0) : 2.0 * texelFetch(image2, q, 0).xy;
-            vec4 f = fit(other);
-            if (f.z < 0.9 * best.z) { best = f; m = other; }
+        for (int x = first.x; still && x <= last.x; ++x) {
+            vec2 tile = texelFetch(image3, ivec2(x, y), 0).xy;
+            still = tile.x > 0.5;
+            anchored = anchored || tile.y > 0.5;
         }
-    float a = h.x + 2.0, d = h.y + 2.0, det = a * d - h.z * h.z;
+    if (still && anchored) return words_of(Patch(vec2(0.0), vec3(1e4, 1e4, 0.0)));
+    if (still) return words_of(Patch(m, vec3(0.0)));
+    if (h.x + h.y < 16.0 || leaves(m)) return words_of(Patch(m, vec3(0.0)));
+    // Standing still, and what the neighbours on the coarser level found, where that is something else.
+    vec2 others[5];
+    int count = 0;
+    for (int k = 0; has_coarse && k < 5; ++k) {
+        vec2 other = k == 4 ? vec2(0.0) : 2.0 * texelFetch(image2, clamp(at / 2 + way(k), ivec2(0), coarse), 0).xy, d = other - m;
+        others[count] = other;
+        if (dot(d, d) >= 0.0625) ++count;
+    }
+    // A little on the diagonal keeps an edge from sliding along itself.
+    float a = h.x + 8.0, d = h.y + 8.0, det = a * d - h.z * h.z;
     vec2 start = m, trial = m;
-    vec4 now = best;
-    for (int i = 0; i < rounds; ++i) {
-        trial -= vec2(d * now.x - h.z * now.y, a * now.y - h.z * now.x) / det;
-        if (!(dot(trial - start, trial - start) < 64.0)) break;
-        now = fit(trial);
-        if (!(now.z < best.z)) break;
-        best = now;
-        m = trial;
+    vec3 best = vec3(0.0, 0.0, 3e38);
+    for (int i = 0; i <= count + rounds; ++i) {
+        bool refines = i > count;
+        vec2 step = vec2(d * best.x - h.z * best.y, a * best.y - h.z * best.x) / det;
+        if (refines) trial = m - step;
+        else if (i > 0) trial = others[i - 1];
+        if (refines && !(dot(trial - start, trial - start) < 64.0)) break;
+        vec3 now = fit(trial);
+        if (now.z < (i == 0 || refines ? 1.0 : 0.9) * best.z) {
+            best = now;
+            m = trial;
+        } else if (refines) break;
+        if (!refines) start = m;
+        else if (dot(step, step) < 0.0004) break;
     }
-    return vec4(m, best.z / 16.0, max(known, 0.0));
+    return words_of(Patch(m, h / (1.0 + best.z / 256.0)));
 }
 )";
 
-// Neighbours exchange what they know; those that differ widely do not belong together.
-inline constexpr const char* kRelax = R"(
+// Neighbours exchange what they know: a patch that sees only an edge moves along it as they do, an even one as all of them
+// do; those that differ widely do not belong together. image0: motion as of the round before (the first, `rounds` 1: as
+// found); reach: the stiffness; cell: how far away the neighbours are, which then count less and have to agree more.
+inline constexpr const char* kBalance = R"(//K balance
+vec2 now(ivec2 p) { return rounds == 1 ? motion_of(texelFetch(patches, p, 0)) : texelFetch(image0, p, 0).xy; }
 vec4 kernel(ivec2 at) {
-    vec4 own = texelFetch(image0, at, 0);
-    float w = own.w / (1.0 + own.z * 0.25);
-    vec2 sum = w * own.xy;
-    for (int k = 0; k < 8; ++k) {
-        int j = k < 4 ? k : k + 1;
-        vec4 n = texelFetch(image0, clamp(at + ivec2(j % 3 - 1, j / 3 - 1), ivec2(0), size - 1), 0);
-        vec2 d = n.xy - own.xy;
-        float v = 20.0 * (0.1 + min(n.w / (1.0 + n.z * 0.25), 100.0) * 0.01) / (1.0 + dot(d, d));
-        sum += v * n.xy;
-        w += v;
-    }
-    return vec4(sum / w, own.zw);
-}
-)";
-
-// Motion of each pixel of a level: the mean of its four patches, those that fit it better counting more. image0: the luma
-// the patches are of, image1: the other, image2: motion; size: of its grid.
-inline constexpr const char* kSpread = R"(
-vec4 kernel(ivec2 at) {
-    float own = texelFetch(image0, at, 0).r;
-    vec3 sum = vec3(0.0);
+    Patch own = patch_of(texelFetch(patches, at, 0));
+    vec2 m = now(at), sum = vec2(own.matrix.x * own.motion.x + own.matrix.z * own.motion.y, own.matrix.z * own.motion.x + own.matrix.y * own.motion.y);
+    float weights = 0.0;
     for (int k = 0; k < 4; ++k) {
-        vec2 m = texelFetch(image2, min(at / 4 + ivec2(k & 1, k >> 1), size - 1), 0).xy;
-        float e = textureLod(image1, (vec2(at) + 0.5 + m) / vec2(textureSize(image1, 0)), 0.0).r - own;
-        sum += vec3(m, 1.0) / max(e * e, 1.0);
+        ivec2 p = at + cell * way(k);
+        if (any(lessThan(p, ivec2(0))) || any(greaterThanEqual(p, size))) continue;
+        vec2 n = now(p), d = n - m;
+        float w = reach / (float(cell) * (1.0 + float(cell) * dot(d, d)));
+        sum += w * n;
+        weights += w;
     }
-    return vec4(sum.xy / sum.z, 1.0, 1.0);
-}
-)";
-
-// A motion whose partner does not come back is doubted. image0: forward, image1: backward, per pixel of the level.
-inline constexpr const char* kCheck = R"(
-vec4 kernel(ivec2 at) {
-    vec2 m = texelFetch(image0, at, 0).xy;
-    ivec2 partner = clamp(ivec2(floor(vec2(at) + m + 0.5)), ivec2(0), size - 1);
-    vec2 d = m + texelFetch(image1, partner, 0).xy;
-    float limit = 0.75 + 0.05 * (abs(m.x) + abs(m.y));
-    return vec4(m, dot(d, d) < limit * limit ? 1.0 : 0.02, 1.0);
-}
-)";
-
-// One edge-aware pass over motion (xy) by trust (z), neighbours `rounds` pixels away. image1: luma.
-inline constexpr const char* kSmooth = R"(
-vec4 kernel(ivec2 at) {
-    float centre = texelFetch(image1, at, 0).r;
-    vec3 sum = vec3(0.0);
-    for (int k = 0; k < 9; ++k) {
-        ivec2 p = clamp(at + rounds * ivec2(k % 3 - 1, k / 3 - 1), ivec2(0), size - 1);
-        vec3 m = texelFetch(image0, p, 0).xyz;
-        float g = texelFetch(image1, p, 0).r - centre;
-        sum += vec3(m.xy, 1.0) * (m.z / (1.0 + g * g / 16.0));
-    }
-    return vec4(sum.xy / sum.z, texelFetch(image0, at, 0).z, 1.0);
-}
-)";
-
-// Blocks of 8x8: x 1 where the motion explains more than standing still does, y 1 where there is texture, z 1 where nothing
-// explains it. image0: motion of the finest level, image1 and image2: near and far luma of this one, `rounds` levels coarser.
-inline constexpr const char* kJudge = R"(
-vec4 kernel(ivec2 at) {
-    ivec2 finest = textureSize(image0, 0), here = textureSize(image1, 0);
-    float per = 1.0 / float(1 << rounds), n = 0.0, cells = 0.0;
-    vec3 sums = vec3(0.0), squares = vec3(0.0);
-    for (int y = 8 * at.y; y < min(8 * at.y + 8, here.y); ++y)
-        for (int x = 8 * at.x; x < min(8 * at.x + 8, here.x); ++x) {
-            cells += 1.0;
-            vec2 m = texelFetch(image0, min(ivec2(x, y) << rounds, finest - 1), 0).xy * per;
-            vec2 t = vec2(x, y) + m;
-            // What came into the picture since cannot be judged by what was there before.
-            if (any(lessThan(t, vec2(-0.5))) || any(greaterThan(t, vec2(here) - 0.5))) continue;
-            float value = texelFetch(image1, ivec2(x, y), 0).r;
-            vec3 v = vec3(value, texelFetch(image2, ivec2(x, y), 0).r - value, textureLod(image2, (t + 0.5) / vec2(here), 0.0).r - value);
-            n += 1.0;
-            sums += v;
-            squares += v * v;
-        }
-    if (2.0 * n < cells) return vec4(1.0, 0.0, 0.0, 1.0);
-    vec3 variance = squares / n - (sums / n) * (sums / n);   // of the luma, of standing still, of the motion
-    bool textured = variance.x > 4.0;
-    bool still = texelFetch(image3, min((8 * at << rounds) * cell / 16, textureSize(image3, 0) - 1), 0).r > 0.5;
-    bool worse = variance.z > 0.97 * variance.y + 0.5 || (textured && variance.z > 1.2 * variance.x);
-    return vec4(worse ? 0.0 : 1.0, textured ? 1.0 : 0.0, textured && variance.z > 0.5 * variance.x && !still ? 1.0 : 0.0, 1.0);
-}
-)";
-
-// One pixel: whether most of the textured blocks (image0) stay unexplained.
-inline constexpr const char* kVerdict = R"(
-vec4 kernel(ivec2 at) {
-    vec2 sum = vec2(0.0);
-    for (int y = 0; y < size.y; ++y)
-        for (int x = 0; x < size.x; ++x) sum += texelFetch(image0, ivec2(x, y), 0).yz;
-    return vec4(sum.x > 0.0 && sum.y > reach * sum.x ? 1.0 : 0.0);
-}
-)";
-
-// How far the motion of a cell takes it in the output, in pixels. image0: motion, image1: blocks.
-inline constexpr const char* kCarry = R"(
-vec4 kernel(ivec2 at) {
-    vec2 a = -texelFetch(image0, at, 0).xy * step_px * texelFetch(image1, (at >> rounds) / 8, 0).x;
-    return vec4(max(abs(a.x), abs(a.y)) <= reach ? a : vec2(0.0), 0.0, 1.0);
-}
-)";
-
-// Two pixels: the motion of the background, u and v as c0 + c1 x + c2 y with x and y from 0 to 1; a robust fit to image0, of
-// kCarry.
-inline constexpr const char* kBackground = R"(
-vec4 kernel(ivec2 at) {
-    vec3 u = vec3(0.0), v = vec3(0.0);
-    for (int round = 0; round < 3; ++round) {
-        mat3 m = mat3(1e-6);
-        vec3 ru = vec3(0.0), rv = vec3(0.0);
-        for (int k = 0; k < 256; ++k) {
-            ivec2 p = (2 * ivec2(k & 15, k >> 4) + 1) * size / 32;
-            vec2 a = texelFetch(image0, p, 0).xy;
-            vec3 e = vec3(1.0, vec2(p) / vec2(size));
-            vec2 d = a - vec2(dot(u, e), dot(v, e));
-            float w = round == 0 ? 1.0 : 1.0 / (1.0 + dot(d, d));
-            m += w * outerProduct(e, e);
-            ru += w * a.x * e;
-            rv += w * a.y * e;
-        }
-        for (int i = 0; i < 3; ++i) m[i][i] += 1e-3;
-        mat3 inverted = inverse(m);
-        u = inverted * ru;
-        v = inverted * rv;
-    }
-    return vec4(at.x == 0 ? u : v, 1.0);
-}
-)";
-
-// Where the output cell comes from: of the cells that land on it the one in front, that is the one that moves least like the
-// background (image1); where none does, the motion of what lies behind. Nothing can be scattered here, so each motion found
-// in the neighbourhood is followed back to a cell, and asked whether it lands.
-inline constexpr const char* kDisplacement = R"(
-bool outside(ivec2 p) { return any(lessThan(p, ivec2(0))) || any(greaterThanEqual(p, size)); }
-vec2 carried(ivec2 p) { return texelFetch(image0, p, 0).xy; }
-ivec2 way(int k) { return ivec2(k == 0 ? -1 : k == 1 ? 1 : 0, k == 2 ? -1 : k == 3 ? 1 : 0); }
-// The cell that lands here if it moves about as `a`; outside: none does.
-ivec2 source(ivec2 at, inout vec2 a) {
-    float per = 1.0 / float(cell);
-    ivec2 p = at;
-    for (int i = 0; i < 3; ++i) {
-        p = ivec2(floor(vec2(at) - a * per + 0.5));
-        if (outside(p)) return p;
-        a = carried(p);
-    }
-    return p + ivec2(floor(a * per + 0.5)) == at ? p : ivec2(-1);
-}
-float front(ivec2 p, vec2 a, vec3 u, vec3 v) {
-    vec3 e = vec3(1.0, vec2(p) / vec2(size));
-    vec2 d = a - vec2(dot(u, e), dot(v, e));
-    return dot(d, d);
-}
-vec4 kernel(ivec2 at) {
-    vec2 own = carried(at), a = own, low = own, high = own;
-    for (int k = 0; k < 8; ++k) {
-        vec2 n = carried(clamp(at + (k < 4 ? 2 : 12) * way(k & 3), ivec2(0), size - 1));
-        low = min(low, n);
-        high = max(high, n);
-    }
-    // All around move alike: there is one candidate.
-    ivec2 p = source(at, a);
-    if (all(lessThan(high - low, vec2(1.0)))) return vec4(outside(p) ? -own : -a, 0.0, 1.0);
-    vec3 u = texelFetch(image1, ivec2(0, 0), 0).xyz, v = texelFetch(image1, ivec2(1, 0), 0).xyz;
-    float best = -1.0, behind = 3e38;
-    vec2 shown = vec2(0.0), hidden = vec2(0.0);
-    for (int k = 0; k < 25; ++k) {
-        ivec2 from = at + (k == 0 ? ivec2(0) : (1 << ((k - 1) / 4)) * way((k - 1) % 4));
-        if (outside(from)) continue;
-        a = carried(from);
-        float f = front(from, a, u, v);
-        if (f < behind) { behind = f; hidden = a; }
-        p = source(at, a);
-        if (outside(p)) continue;
-        f = front(p, a, u, v);
-        if (f > best) { best = f; shown = a; }
-    }
-    return vec4(best < 0.0 ? -hidden : -shown, best < 0.0 ? 1.0 : 0.0, 1.0);
-}
-)";
-
-// image0: near, image1: displacement per cell, image2: verdict, image3: tiles. rounds: 1 a float picture, 2 cubic, 3 both.
-inline constexpr const char* kGather = R"(
-// By its bits: a compiler may take v - v for 0, whatever v is.
-bool finite(vec4 v) { return all(notEqual(floatBitsToUint(v) & 0x7f800000u, uvec4(0x7f800000u))); }
-// Between cell centres; where neighbours differ they belong to different surfaces, and the nearer one counts.
-vec2 displacement(ivec2 at) {
-    vec2 p = (vec2(at) + 0.5) / float(cell) - 0.5, base = floor(p), f = p - base;
-    ivec2 last = textureSize(image1, 0) - 1;
-    vec2 v[4];
-    for (int k = 0; k < 4; ++k) v[k] = texelFetch(image1, clamp(ivec2(base) + ivec2(k & 1, k >> 1), ivec2(0), last), 0).xy;
-    vec2 apart = max(max(v[0], v[1]), max(v[2], v[3])) - min(min(v[0], v[1]), min(v[2], v[3]));
-    if (max(apart.x, apart.y) > 3.0) f = step(0.5, f);
-    return mix(mix(v[0], v[1], f.x), mix(v[2], v[3], f.x), f.y);
-}
-vec4 tap(ivec2 p) { return texelFetch(image0, clamp(p, ivec2(0), size - 1), 0); }
-// Keys' cubic, slope -0.6 at 1.
-vec4 lobes(float f) {
-    float g = 1.0 - f;
-    vec4 w = vec4(-0.6 * f * g * g, 1.0 + f * f * (1.4 * f - 2.4), 0.0, -0.6 * f * f * g);
-    w.z = 1.0 - w.x - w.y - w.w;
-    return w;
-}
-vec4 kernel(ivec2 at) {
-    vec4 own = texelFetch(image0, at, 0);
-    vec2 d = displacement(at);
-    float length2 = dot(d, d);
-    bool still = texelFetch(image3, at / 16, 0).r > 0.5 && length2 < 0.25, floats = (rounds & 1) != 0;
-    if (texelFetch(image2, ivec2(0), 0).r > 0.5 || still || length2 < 1.0 / 65536.0 || (floats && !finite(own))) return own;
-    vec2 p = vec2(at) + d, base = floor(p), f = p - base;
-    vec4 sum = vec4(0.0), low = vec4(3.4e38), high = vec4(-3.4e38);
-    float total = 0.0;
-    for (int k = 0; k < 4; ++k) {
-        ivec2 o = ivec2(k & 1, k >> 1);
-        vec4 v = tap(ivec2(base) + o);
-        if (floats && !finite(v)) continue;
-        low = min(low, v);
-        high = max(high, v);
-        float w = (o.x == 1 ? f.x : 1.0 - f.x) * (o.y == 1 ? f.y : 1.0 - f.y);
-        sum += w * v;
-        total += w;
-    }
-    if (total <= 0.0) return own;
-    if ((rounds & 2) == 0 || total < 0.999) return sum / total;
-    vec4 wx = lobes(f.x), wy = lobes(f.y), all4 = vec4(0.0);
-    for (int k = 0; k < 16; ++k) {
-        vec4 v = tap(ivec2(base) + ivec2(k & 3, k >> 2) - 1);
-        if (floats && !finite(v)) return sum / total;
-        all4 += wx[k & 3] * wy[k >> 2] * v;
-    }
-    // No dark rim about a light of 10,000; eight bits are clamped by their format.
-    return floats ? clamp(all4, low, high) : clamp(all4, vec4(0.0), vec4(1.0));
+    float a = own.matrix.x + weights, d = own.matrix.y + weights, det = a * d - own.matrix.z * own.matrix.z;
+    if (det > 0.0) m = vec2(d * sum.x - own.matrix.z * sum.y, a * sum.y - own.matrix.z * sum.x) / det;
+    return vec4(m, 0.0, 1.0);
 }
 )";
 

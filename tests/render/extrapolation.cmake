@@ -7,9 +7,12 @@ fovea_test(fovea_extrapolation_test SOURCES
   LINK fovea_extrapolation
   LABELS render asan tsan)
 fovea_test(fovea_extrapolation_gl_test SOURCES
+  ../../tools/extrapolation_scenes.cpp
+  extrapolation_gl_quality_test.cpp
+  extrapolation_gl_state_test.cpp
   extrapolation_gl_test.cpp
   LINK fovea_extrapolation fovea_gl PkgConfig::egl
-  LABELS render)
+  LABELS render asan)
 # The fragment backend on Mesa's second software driver, whose compute shaders do nothing.
 add_test(NAME fovea_extrapolation_gl_softpipe COMMAND fovea_extrapolation_gl_test --gtest_filter=*TruthAsThe*:*FineDetail*)
 set_tests_properties(fovea_extrapolation_gl_softpipe PROPERTIES ENVIRONMENT "GALLIUM_DRIVER=softpipe" TIMEOUT 300 LABELS render)

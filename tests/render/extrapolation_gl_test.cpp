@@ -1,107 +1,8 @@
-#include "render/extrapolation/gl_extrapolator.hpp"
-
-#include <EGL/egl.h>
-#include <gtest/gtest.h>
 #include <limits>
 
-#include "render/extrapolation/gl_passes.hpp"
-#include "render/extrapolation/gl_state.hpp"
-#include "render/gl/context.hpp"
-#include "tests/render/extrapolation_pictures.hpp"
+#include "tests/render/extrapolation_gl.hpp"
 
-using namespace fovea::render::extrapolation;
-using fovea::test::moved_noise;
-using fovea::test::Picture;
-using fovea::test::psnr;
-
-namespace {
-
-GlFunction load_gl(const char* name) { return reinterpret_cast<GlFunction>(eglGetProcAddress(name)); }
-const GlFunctions& gl() {
-    static const GlFunctions table = [] {
-        GlFunctions t;
-        EXPECT_EQ(load(t, load_gl), nullptr);
-        return t;
-    }();
-    return table;
-}
-
-struct FormatRow {
-    Format format;
-    GLenum internal, layout, type;
-};
-constexpr FormatRow kRows[] = {{Format::rgba8, GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE}, {Format::rgb8, GL_RGB8, GL_RGB, GL_UNSIGNED_BYTE},
-                               {Format::r8, GL_R8, GL_RED, GL_UNSIGNED_BYTE}, {Format::rgba16f, GL_RGBA16F, GL_RGBA, GL_HALF_FLOAT},
-                               {Format::rgb16f, GL_RGB16F, GL_RGB, GL_HALF_FLOAT}, {Format::rgba32f, GL_RGBA32F, GL_RGBA, GL_FLOAT},
-                               {Format::rgb32f, GL_RGB32F, GL_RGB, GL_FLOAT}};
-const FormatRow& row_of(Format f) { return kRows[static_cast<int>(f)]; }
-
-class ExtrapolationGl : public testing::Test {
-protected:
-    struct Side {
-        Backend backend;
-        GlExtrapolator engine;
-    };
-    // One context for all: a software driver compiles its shaders anew in each. Compute shaders do not work on softpipe of
-    // Mesa 22.3, which is what create() then says.
-    static void SetUpTestSuite() {
-        auto c = fovea::gl::Context::create();
-        if (!c) return;
-        context_.emplace(std::move(*c));
-        for (const Backend b : {Backend::processor, Backend::compute, Backend::fragment})
-            if (auto e = GlExtrapolator::create(load_gl, {.preset = Preset::balanced, .backend = b})) sides_.push_back({b, std::move(*e)});
-        EXPECT_FALSE(sides_.empty());
-    }
-    static void TearDownTestSuite() {
-        sides_.clear();
-        context_.reset();
-    }
-    void SetUp() override {
-        if (!context_) GTEST_SKIP() << "no OpenGL ES context";
-    }
-    void TearDown() override {
-        if (!textures_.empty()) gl().DeleteTextures(static_cast<GLsizei>(textures_.size()), textures_.data());
-        textures_.clear();
-    }
-    GLuint texture(const Picture& p, int levels = 1) {
-        GLuint t = 0;
-        gl().GenTextures(1, &t);
-        textures_.push_back(t);
-        gl().BindTexture(GL_TEXTURE_2D, t);
-        const FormatRow& row = row_of(p.format);
-        gl().TexStorage2D(GL_TEXTURE_2D, levels, row.internal, p.width, p.height);
-        gl().PixelStorei(GL_UNPACK_ALIGNMENT, 1);
-        gl().TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, p.width, p.height, row.layout, row.type, p.bytes.data());
-        gl().BindTexture(GL_TEXTURE_2D, 0);
-        return t;
-    }
-    // What no framebuffer takes is drawn by the engine's own copy; ReadsThreeFloats checks that one against the upload.
-    static void read_sampled(GLuint t, Picture& result) {
-        auto passes = GlPasses::create(gl(), Preset::draft, false);
-        ASSERT_TRUE(passes.has_value());
-        GlStateGuard guard(gl(), true);
-        ASSERT_TRUE((*passes)->read_floats(t, result.width, result.height, result.bytes.data()));
-    }
-    static Picture read(GLuint t, const Picture& like) {
-        GLuint f = 0;
-        gl().GenFramebuffers(1, &f);
-        gl().BindFramebuffer(GL_READ_FRAMEBUFFER, f);
-        gl().FramebufferTexture2D(GL_READ_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, t, 0);
-        Picture result(like.width, like.height, is_float(like.format) ? Format::rgba32f : Format::rgba8);
-        gl().PixelStorei(GL_PACK_ALIGNMENT, 1);
-        if (gl().CheckFramebufferStatus(GL_READ_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE)
-            gl().ReadPixels(0, 0, like.width, like.height, GL_RGBA, is_float(like.format) ? GL_FLOAT : GL_UNSIGNED_BYTE, result.bytes.data());
-        else
-            read_sampled(t, result);
-        gl().BindFramebuffer(GL_READ_FRAMEBUFFER, 0);
-        gl().DeleteFramebuffers(1, &f);
-        return result;
-    }
-    static inline std::optional<fovea::gl::Context> context_;
-    static inline std::vector<Side> sides_;
-    std::vector<GLuint> textures_;
-};
-
+namespace fovea::test {
 
 TEST_F(ExtrapolationGl, EveryBackendFollowsAMotionAndLeavesTheSourcesAlone) {
     const Picture a = moved_noise(200, 150, Format::rgba8, 0, 0), b = moved_noise(200, 150, Format::rgba8, 4.3f, -2.6f), truth = moved_noise(200, 150, Format::rgba8, 6.45f, -3.9f);
@@ -129,7 +30,7 @@ TEST_F(ExtrapolationGl, TheShadersComeAsCloseToTheTruthAsTheProcessorDoes) {
             for (int x = 0; x < 200; ++x) {
                 const float u = static_cast<float>(x) - 60 - 9 * t, v = static_cast<float>(y) - 50 - 2 * t;
                 if (u < 0 || u >= 50 || v < 0 || v >= 50) continue;
-                const float n = fovea::test::noise(2 * u, 2 * v, 77);
+                const float n = noise(2 * u, 2 * v, 77);
                 p.set(x, y, {0.5f + 0.5f * n, n, 0.9f - 0.5f * n, 1});
             }
         return p;
@@ -152,7 +53,7 @@ TEST_F(ExtrapolationGl, EveryBackendKeepsFineDetail) {
         Picture p(160, 120, Format::rgba8);
         for (int j = 0; j < 120; ++j)
             for (int i = 0; i < 160; ++i) {
-                const float u = static_cast<float>(i) - x, v = static_cast<float>(j), n = fovea::test::noise(u, v, 3);
+                const float u = static_cast<float>(i) - x, v = static_cast<float>(j), n = noise(u, v, 3);
                 const float detail = 0.1f * std::sin(2.1f * u) * std::sin(0.3f * v);   // a period of three pixels
                 p.set(i, j, {0.25f + 0.5f * n + detail, 0.25f + 0.5f * n, 0.25f + 0.5f * n - detail, 1});
             }
@@ -243,7 +144,7 @@ TEST_F(ExtrapolationGl, KnownMotionIsProjectedWhateverTheBackend) {
     const auto square = [](int x0) {
         Picture p = moved_noise(96, 64, Format::rgba8, 0, 0);
         for (int y = 20; y < 44; ++y)
-            for (int x = x0; x < x0 + 24; ++x) p.set(x, y, {fovea::test::noise(static_cast<float>(9 * (x - x0)), static_cast<float>(9 * y), 40), 0, 1, 1});
+            for (int x = x0; x < x0 + 24; ++x) p.set(x, y, {noise(static_cast<float>(9 * (x - x0)), static_cast<float>(9 * y), 40), 0, 1, 1});
         return p;
     };
     const Picture a = square(20), b = square(28), truth = square(32);
@@ -421,4 +322,4 @@ TEST_F(ExtrapolationGl, TheProbeChoosesABackendAndSaysWhy) {
     EXPECT_FALSE(GlExtrapolator::create([](const char*) -> GlFunction { return nullptr; }).has_value());
 }
 
-}  // namespace
+}  // namespace fovea::test

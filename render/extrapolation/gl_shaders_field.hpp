@@ -1,0 +1,322 @@
+// The kernels of gl_passes.cpp that turn the motion of patches into motion per cell, and that into the output. See gl_shaders.hpp.
+#pragma once
+
+namespace fovea::render::extrapolation::shaders {
+
+// Motion (xy) of each cell, its trust (z) and its luma (w): the mean of its four patches, those that fit it better counting
+// more. A motion whose partner does not come back is doubted. image0: the luma the patches are of, image1: the other, image2:
+// motion, image3: the motion back, unless reach is 0; size: of their grids.
+inline constexpr const char* kSpread = R"(//K spread
+vec4 kernel(ivec2 at) {
+    float own = texelFetch(image0, at, 0).r;
+    vec3 sum = vec3(0.0);
+    for (int k = 0; k < 4; ++k) {
+        vec2 m = texelFetch(image2, min(at / 4 + ivec2(k & 1, k >> 1), size - 1), 0).xy;
+        float e = between(image1, vec2(at) + 0.5 + m) - own;
+        sum += vec3(m, 1.0) / max(e * e, 1.0);
+    }
+    vec2 m = sum.xy / sum.z;
+    float trust = 1.0;
+    if (reach > 0.0) {
+        ivec2 partner = ivec2(floor((clamp(vec2(at) + m, vec2(0.0), 4.0 * vec2(size) - 5.0) + 0.5) / 4.0 + 0.5));
+        vec2 d = m + texelFetch(image3, clamp(partner, ivec2(0), size - 1), 0).xy;
+        float limit = 0.75 + 0.05 * (abs(m.x) + abs(m.y));
+        trust = dot(d, d) < limit * limit ? 1.0 : 0.02;
+    }
+    return vec4(m, trust, own);
+}
+)";
+
+// One edge-aware pass over motion by trust and luma, neighbours `rounds` cells away.
+inline constexpr const char* kSmooth = R"(//K smooth
+vec4 kernel(ivec2 at) {
+    vec4 own = texelFetch(image0, at, 0);
+    vec3 sum = vec3(own.xy, 1.0) * own.z;
+    for (int k = 0; k < 8; ++k) {
+        int j = k < 4 ? k : k + 1;
+        vec4 n = texelFetch(image0, clamp(at + rounds * ivec2(j % 3 - 1, j / 3 - 1), ivec2(0), size - 1), 0);
+        float g = n.w - own.w;
+        sum += vec3(n.xy, 1.0) * (n.z / (1.0 + g * g / 16.0));
+    }
+    return vec4(sum.xy / sum.z, own.zw);
+}
+)";
+
+// Blocks of 8x8: x 1 where the motion explains more than standing still does, y 1 where there is texture, z 1 where nothing
+// explains it. image0: motion of the finest level, image1 and image2: near and far luma of this one, `rounds` levels coarser;
+// size: of that.
+inline constexpr const char* kJudge = R"(//K judge
+vec4 kernel(ivec2 at) {
+    ivec2 finest = textureSize(image0, 0), here = size;
+    float per = 1.0 / float(1 << rounds), n = 0.0, cells = 0.0;
+    vec3 sums = vec3(0.0), squares = vec3(0.0);
+    for (int y = 8 * at.y; y < min(8 * at.y + 8, here.y); ++y)
+        for (int x = 8 * at.x; x < min(8 * at.x + 8, here.x); ++x) {
+            cells += 1.0;
+            vec2 m = texelFetch(image0, min(ivec2(x, y) << rounds, finest - 1), 0).xy * per;
+            vec2 t = vec2(x, y) + m;
+            // What came into the picture since cannot be judged by what was there before.
+            if (any(lessThan(t, vec2(-0.5))) || any(greaterThan(t, vec2(here) - 0.5))) continue;
+            float value = texelFetch(image1, ivec2(x, y), 0).r;
+            vec3 v = vec3(value, texelFetch(image2, ivec2(x, y), 0).r - value, between(image2, t + 0.5) - value);
+            n += 1.0;
+            sums += v;
+            squares += v * v;
+        }
+    if (2.0 * n < cells) return vec4(1.0, 0.0, 0.0, 1.0);
+    vec3 variance = squares / n - (sums / n) * (sums / n);   // of the luma, of standing still, of the motion
+    bool textured = variance.x > 4.0;
+    bool still = texelFetch(image3, (8 * at << rounds) * cell / 16, 0).r > 0.5;
+    bool worse = variance.z > 0.97 * variance.y + 0.5 || (textured && variance.z > 1.2 * variance.x);
+    return vec4(worse ? 0.0 : 1.0, textured ? 1.0 : 0.0, textured && variance.z > 0.5 * variance.x && !still ? 1.0 : 0.0, 1.0);
+}
+)";
+
+// Sums of the rows of image0, of kJudge, over the number of columns.
+inline constexpr const char* kCount = R"(//K count
+vec4 kernel(ivec2 at) {
+    vec2 sum = vec2(0.0);
+    for (int x = 0; x < size.x; ++x) sum += texelFetch(image0, ivec2(x, at.y), 0).yz;
+    return vec4(0.0, sum / float(size.x), 1.0);
+}
+)";
+
+// One pixel: 0 where most of the textured blocks stay unexplained, so that nothing moves. image0: of kCount.
+inline constexpr const char* kVerdict = R"(//K verdict
+vec4 kernel(ivec2 at) {
+    vec2 sum = vec2(0.0);
+    for (int y = 0; y < size.y; ++y) sum += texelFetch(image0, ivec2(0, y), 0).yz;
+    return vec4(sum.x > 0.0 && sum.y > reach * sum.x ? 0.0 : 1.0);
+}
+)";
+
+// How far the motion of a cell takes it in the output, in pixels. image0: motion, image1: blocks, image2: verdict, image3: tiles.
+inline constexpr const char* kCarry = R"(//K carry
+vec4 kernel(ivec2 at) {
+    float moves = texelFetch(image1, (at >> rounds) / 8, 0).x * texelFetch(image2, ivec2(0), 0).x * (1.0 - texelFetch(image3, at * cell / 16, 0).y);
+    vec2 a = -texelFetch(image0, at, 0).xy * step_px * moves;
+    return vec4(max(abs(a.x), abs(a.y)) <= reach ? a : vec2(0.0), 0.0, 1.0);
+}
+)";
+
+// Two pixels: the motion of the background, u and v as c0 + c1 x + c2 y with x and y from 0 to 1; a robust fit to image0, of
+// kCarry.
+inline constexpr const char* kBackground = R"(//K background
+vec4 kernel(ivec2 at) {
+    vec3 u = vec3(0.0), v = vec3(0.0);
+    for (int round = 0; round < 3; ++round) {
+        mat3 m = mat3(1e-6);
+        vec3 ru = vec3(0.0), rv = vec3(0.0);
+        for (int k = 0; k < 256; ++k) {
+            ivec2 p = (2 * ivec2(k & 15, k >> 4) + 1) * size / 32;
+            vec2 a = texelFetch(image0, p, 0).xy;
+            vec3 e = vec3(1.0, vec2(p) / vec2(size));
+            vec2 d = a - vec2(dot(u, e), dot(v, e));
+            float w = round == 0 ? 1.0 : 1.0 / (1.0 + dot(d, d));
+            m += w * outerProduct(e, e);
+            ru += w * a.x * e;
+            rv += w * a.y * e;
+        }
+        for (int i = 0; i < 3; ++i) m[i][i] += 1e-3;
+        mat3 inverted = inverse(m);
+        u = inverted * ru;
+        v = inverted * rv;
+    }
+    return vec4(at.x == 0 ? u : v, 1.0);
+}
+)";
+
+// The least and the most motion in blocks of 8x8 cells. image0: of kCarry.
+inline constexpr const char* kSpan = R"(//K span
+vec4 kernel(ivec2 at) {
+    vec2 low = vec2(3e4), high = vec2(-3e4);
+    for (int y = 8 * at.y; y < min(8 * at.y + 8, size.y); ++y)
+        for (int x = 8 * at.x; x < min(8 * at.x + 8, size.x); ++x) {
+            vec2 a = texelFetch(image0, ivec2(x, y), 0).xy;
+            low = min(low, a);
+            high = max(high, a);
+        }
+    return vec4(low, high);
+}
+)";
+
+// The same over all blocks whose motion may reach this one. image0: of kSpan.
+inline constexpr const char* kWiden = R"(//K widen
+vec4 kernel(ivec2 at) {
+    vec4 own = texelFetch(image0, at, 0);
+    for (int y = -4; y <= 4; ++y)
+        for (int x = -4; x <= 4; ++x) {
+            vec4 n = texelFetch(image0, clamp(at + ivec2(x, y), ivec2(0), size - 1), 0);
+            vec2 far = max(abs(n.xy), abs(n.zw));
+            if (max(far.x, far.y) < float(8 * cell * (max(abs(x), abs(y)) - 1))) continue;
+            own = vec4(min(own.xy, n.xy), max(own.zw, n.zw));
+        }
+    return own;
+}
+)";
+
+// Where the output cell comes from: of the cells that land on it the one in front, that is the one that moves least like the
+// background (image1), and how little (w); z 1: a hole, none does. Nothing can be scattered here, so each motion found in the
+// neighbourhood is followed back to a cell, and asked whether it lands. image0: of kCarry, image2: of kWiden.
+inline constexpr const char* kDisplacement = R"(//K displacement
+bool outside(ivec2 p) { return any(lessThan(p, ivec2(0))) || any(greaterThanEqual(p, size)); }
+vec2 carried(ivec2 p) { return texelFetch(image0, p, 0).xy; }
+// The cell that lands here if it moves about as `a`; outside: none does.
+ivec2 source(ivec2 at, inout vec2 a) {
+    float per = 1.0 / float(cell);
+    ivec2 p = at;
+    for (int i = 0; i < 3; ++i) {
+        p = ivec2(floor(vec2(at) - a * per + 0.5));
+        if (outside(p)) return p;
+        a = carried(p);
+    }
+    return p + ivec2(floor(a * per + 0.5)) == at ? p : ivec2(-1);
+}
+float front(ivec2 p, vec2 a, vec3 u, vec3 v) {
+    vec3 e = vec3(1.0, vec2(p) / vec2(size));
+    vec2 d = a - vec2(dot(u, e), dot(v, e));
+    return min(dot(d, d), 6e4);
+}
+vec4 kernel(ivec2 at) {
+    vec2 own = carried(at), a = own;
+    vec4 span = texelFetch(image2, at / 8, 0);
+    ivec2 p = source(at, a);
+    // All that may come here move alike: there is one candidate.
+    vec2 apart = span.zw - span.xy, far = max(abs(span.xy), abs(span.zw)) / float(cell);
+    vec3 u = texelFetch(image1, ivec2(0, 0), 0).xyz, v = texelFetch(image1, ivec2(1, 0), 0).xyz;
+    if (max(apart.x, apart.y) < 0.5 * float(cell)) {
+        if (outside(p)) a = own;
+        return vec4(-a, 0.0, front(at, a, u, v));
+    }
+    float best = -1.0;
+    vec2 shown = vec2(0.0);
+    int count = 5 + 4 * min(5, int(ceil(log2(1.0 + max(far.x, far.y)))));
+    for (int k = 0; k < count; ++k) {
+        ivec2 from = at + (k == 0 ? ivec2(0) : (1 << ((k - 1) / 4)) * way((k - 1) % 4));
+        if (outside(from)) continue;
+        a = carried(from);
+        p = source(at, a);
+        if (outside(p)) continue;
+        float f = front(p, a, u, v);
+        if (f > best) { best = f; shown = a; }
+    }
+    return vec4(-shown, best < 0.0 ? 1.0 : 0.0, max(best, 0.0));
+}
+)";
+
+// Holes take the motion of what lies behind: of the nearest cells to four sides that something landed on, the one that moves
+// most like the background. A surface that grows tears open by a cell or two: what stands on both sides goes on there,
+// whatever lies further off. image0: of kDisplacement; size: of it.
+inline constexpr const char* kFill = R"(//K fill
+vec4 kernel(ivec2 at) {
+    vec4 own = texelFetch(image0, at, 0);
+    int ways = own.z > 0.5 ? 4 : 0, reachable = 48, nearest = 0;
+    vec4 pair = vec4(0.0, 0.0, 0.0, 1e6), chosen = pair;   // front in w; of one axis; of all
+    int distance_chosen = 0, distance_pair = 0, distance_before = 0;
+    bool torn = false;
+    for (int k = 0; k < ways; ++k) {
+        if (k == 2 && nearest != 0) reachable = min(48, 2 * nearest + 6);
+        int found = 0;
+        vec4 there = vec4(0.0);
+        for (int d = 1; d <= reachable; ++d) {
+            ivec2 p = at + d * way(k);
+            if (any(lessThan(p, ivec2(0))) || any(greaterThanEqual(p, size))) break;
+            there = texelFetch(image0, p, 0);
+            if (there.z < 0.5) {
+                found = d;
+                break;
+            }
+        }
+        if ((k & 1) == 0) {
+            pair.w = 1e6;
+            distance_before = found;
+        }
+        if (found == 0) continue;
+        if (nearest == 0 || found < nearest) nearest = found;
+        if (there.w < pair.w || (there.w == pair.w && found < distance_pair)) { pair = there; distance_pair = found; }
+        if (!torn && (there.w < chosen.w || (there.w == chosen.w && found < distance_chosen))) { chosen = there; distance_chosen = found; }
+        if ((k & 1) == 1 && !torn && distance_before != 0 && distance_before + found <= 3) {
+            chosen = pair;
+            torn = true;
+        }
+    }
+    return ways == 0 ? own : vec4(chosen.xy, 1.0, 0.0);
+}
+)";
+
+// image0: near, image1: displacement per cell. rounds: 1 cubic, else linear.
+inline constexpr const char* kGatherHead = R"(//K gather
+// Between cell centres; where neighbours differ they belong to different surfaces, and the nearer one counts. A pixel whose own
+// cell stands still does.
+vec2 displacement(ivec2 at) {
+    vec2 p = (vec2(at) + 0.5) / float(cell) - 0.5, base = floor(p), f = p - base, corner = (base + 1.0) / vec2(textureSize(image1, 0));
+    vec4 u = textureGather(image1, corner, 0).wzxy, v = textureGather(image1, corner, 1).wzxy;
+    vec2 low = vec2(min(min(u.x, u.y), min(u.z, u.w)), min(min(v.x, v.y), min(v.z, v.w)));
+    vec2 high = vec2(max(max(u.x, u.y), max(u.z, u.w)), max(max(v.x, v.y), max(v.z, v.w)));
+    vec2 near = step(0.5, f), apart = high - low;
+    vec4 x = mix(u.xzxz, u.ywyw, near.x), y = mix(v.xzxz, v.ywyw, near.x);
+    vec2 own = mix(vec2(x.x, y.x), vec2(x.y, y.y), near.y);
+    if (max(apart.x, apart.y) > 3.0 || own == vec2(0.0)) return own;
+    return vec2(mix(mix(u.x, u.y, f.x), mix(u.z, u.w, f.x), f.y), mix(mix(v.x, v.y, f.x), mix(v.z, v.w, f.x), f.y));
+}
+// Keys' cubic, slope -0.6 at 1.
+vec4 lobes(float f) {
+    float g = 1.0 - f;
+    vec4 w = vec4(-0.6 * f * g * g, 1.0 + f * f * (1.4 * f - 2.4), 0.0, -0.6 * f * f * g);
+    w.z = 1.0 - w.x - w.y - w.w;
+    return w;
+}
+)";
+
+// Eight bits, filtered by the driver: the two inner weights of each axis are one linear sample between them. The corners, 1/128
+// at most, are left out.
+inline constexpr const char* kGatherBytes = R"(
+vec4 tap(float x, float y) { return textureLod(image0, vec2(x, y) / vec2(size), 0.0); }
+vec4 kernel(ivec2 at) {
+    vec4 own = texelFetch(image0, at, 0);
+    vec2 d = displacement(at);
+    if (dot(d, d) < 1.0 / 65536.0) return own;
+    vec2 p = vec2(at) + d, base = floor(p), f = p - base;
+    if (rounds == 0) return tap(p.x + 0.5, p.y + 0.5);
+    vec4 wx = lobes(f.x), wy = lobes(f.y);
+    float mx = wx.y + wx.z, my = wy.y + wy.z, x = base.x + 0.5 + wx.z / mx, y = base.y + 0.5 + wy.z / my;
+    vec4 sum = mx * my * tap(x, y) + wx.x * my * tap(base.x - 0.5, y) + wx.w * my * tap(base.x + 2.5, y) + mx * wy.x * tap(x, base.y - 0.5) + mx * wy.w * tap(x, base.y + 2.5);
+    return clamp(sum / (mx * my + (wx.x + wx.w) * my + mx * (wy.x + wy.w)), vec4(0.0), vec4(1.0));
+}
+)";
+
+// Floats: what is no finite number is read by nobody but itself.
+inline constexpr const char* kGatherFloats = R"(
+// By its bits: a compiler may take v - v for 0, whatever v is.
+bool finite(vec4 v) { return all(notEqual(floatBitsToUint(v) & 0x7f800000u, uvec4(0x7f800000u))); }
+vec4 tap(ivec2 p) { return texelFetch(image0, clamp(p, ivec2(0), size - 1), 0); }
+vec4 kernel(ivec2 at) {
+    vec4 own = texelFetch(image0, at, 0);
+    vec2 d = displacement(at);
+    if (dot(d, d) < 1.0 / 65536.0 || !finite(own)) return own;
+    vec2 p = vec2(at) + d, base = floor(p), f = p - base;
+    vec4 sum = vec4(0.0), low = vec4(3.4e38), high = vec4(-3.4e38);
+    float total = 0.0;
+    for (int k = 0; k < 4; ++k) {
+        ivec2 o = ivec2(k & 1, k >> 1);
+        vec4 v = tap(ivec2(base) + o);
+        if (!finite(v)) continue;
+        low = min(low, v);
+        high = max(high, v);
+        float w = (o.x == 1 ? f.x : 1.0 - f.x) * (o.y == 1 ? f.y : 1.0 - f.y);
+        sum += w * v;
+        total += w;
+    }
+    if (total <= 0.0) return own;
+    if (rounds == 0 || total < 0.999) return sum / total;
+    vec4 wx = lobes(f.x), wy = lobes(f.y), all4 = vec4(0.0);
+    for (int k = 0; k < 16; ++k) {
+        vec4 v = tap(ivec2(base) + ivec2(k & 3, k >> 2) - 1);
+        if (!finite(v)) return sum / total;
+        all4 += wx[k & 3] * wy[k >> 2] * v;
+    }
+    return clamp(all4, low, high);   // no dark rim about a light of 10,000
+}
+)";
+
+}  // namespace fovea::render::extrapolation::shaders

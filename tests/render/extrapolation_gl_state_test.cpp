@@ -1,0 +1,288 @@
+// What the call must leave as it was: every piece of state that a pass or a read touches, the sources, and the output when
+// there is an error.
+#include <functional>
+#include <limits>
+
+#include "tests/render/extrapolation_gl.hpp"
+
+namespace fovea::test {
+
+namespace {
+
+template <class Proc>
+Proc proc(const char* name) {
+    const auto p = reinterpret_cast<Proc>(eglGetProcAddress(name));
+    EXPECT_NE(p, nullptr) << name;
+    return p;
+}
+#define FOVEA_PROC(type, name) proc<PFNGL##type##PROC>("gl" #name)
+
+struct Entry {
+    std::string name;
+    std::vector<GLint> value;
+    bool operator==(const Entry&) const = default;
+};
+
+// Everything that the context tells about what the engine could touch.
+std::vector<Entry> state_now() {
+    std::vector<Entry> all;
+    const auto integers = [&](const char* name, GLenum what, int count = 1) {
+        std::vector<GLint> v(static_cast<std::size_t>(count));
+        gl().GetIntegerv(what, v.data());
+        all.push_back({name, v});
+    };
+#define FOVEA_STATE(name) integers(#name, name)
+#define FOVEA_STATE4(name) integers(#name, name, 4)
+    FOVEA_STATE(GL_ACTIVE_TEXTURE); FOVEA_STATE(GL_CURRENT_PROGRAM); FOVEA_STATE(GL_PROGRAM_PIPELINE_BINDING); FOVEA_STATE(GL_VERTEX_ARRAY_BINDING);
+    FOVEA_STATE(GL_DRAW_FRAMEBUFFER_BINDING); FOVEA_STATE(GL_READ_FRAMEBUFFER_BINDING); FOVEA_STATE(GL_RENDERBUFFER_BINDING);
+    FOVEA_STATE(GL_ARRAY_BUFFER_BINDING); FOVEA_STATE(GL_ELEMENT_ARRAY_BUFFER_BINDING); FOVEA_STATE(GL_PIXEL_PACK_BUFFER_BINDING);
+    FOVEA_STATE(GL_PIXEL_UNPACK_BUFFER_BINDING); FOVEA_STATE(GL_UNIFORM_BUFFER_BINDING); FOVEA_STATE(GL_SHADER_STORAGE_BUFFER_BINDING);
+    FOVEA_STATE(GL_DISPATCH_INDIRECT_BUFFER_BINDING); FOVEA_STATE(GL_TRANSFORM_FEEDBACK_BINDING); FOVEA_STATE(GL_TRANSFORM_FEEDBACK_ACTIVE);
+    FOVEA_STATE(GL_TRANSFORM_FEEDBACK_PAUSED);
+    FOVEA_STATE(GL_PACK_ALIGNMENT); FOVEA_STATE(GL_PACK_ROW_LENGTH); FOVEA_STATE(GL_PACK_SKIP_PIXELS); FOVEA_STATE(GL_PACK_SKIP_ROWS);
+    FOVEA_STATE(GL_UNPACK_ALIGNMENT); FOVEA_STATE(GL_UNPACK_ROW_LENGTH); FOVEA_STATE(GL_UNPACK_SKIP_PIXELS); FOVEA_STATE(GL_UNPACK_SKIP_ROWS);
+    FOVEA_STATE(GL_UNPACK_IMAGE_HEIGHT); FOVEA_STATE(GL_UNPACK_SKIP_IMAGES);
+    FOVEA_STATE4(GL_VIEWPORT); FOVEA_STATE4(GL_SCISSOR_BOX); FOVEA_STATE4(GL_COLOR_WRITEMASK); FOVEA_STATE4(GL_COLOR_CLEAR_VALUE); FOVEA_STATE(GL_DEPTH_WRITEMASK);
+    FOVEA_STATE(GL_STENCIL_WRITEMASK); FOVEA_STATE(GL_DEPTH_FUNC); FOVEA_STATE(GL_STENCIL_FUNC); FOVEA_STATE(GL_BLEND_SRC_RGB); FOVEA_STATE(GL_BLEND_DST_RGB);
+    FOVEA_STATE(GL_BLEND_EQUATION_RGB); FOVEA_STATE(GL_CULL_FACE_MODE); FOVEA_STATE(GL_FRONT_FACE); FOVEA_STATE(GL_READ_BUFFER); FOVEA_STATE(GL_DRAW_BUFFER0);
+    FOVEA_STATE(GL_DRAW_BUFFER1);
+#undef FOVEA_STATE
+#undef FOVEA_STATE4
+    for (const GLenum s : {GL_BLEND, GL_CULL_FACE, GL_DEPTH_TEST, GL_DITHER, GL_POLYGON_OFFSET_FILL, GL_PRIMITIVE_RESTART_FIXED_INDEX, GL_RASTERIZER_DISCARD, GL_SAMPLE_ALPHA_TO_COVERAGE,
+                           GL_SAMPLE_COVERAGE, GL_SAMPLE_MASK, GL_SCISSOR_TEST, GL_STENCIL_TEST})
+        all.push_back({"switch " + std::to_string(s), {gl().IsEnabled(s)}});
+    const GLint active = all[0].value[0];
+    for (int unit = 0; unit < 8; ++unit) {
+        gl().ActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
+        for (const GLenum what : {GL_TEXTURE_BINDING_2D, GL_TEXTURE_BINDING_3D, GL_TEXTURE_BINDING_2D_ARRAY, GL_TEXTURE_BINDING_CUBE_MAP, GL_SAMPLER_BINDING})
+            integers(("unit " + std::to_string(unit) + " binding " + std::to_string(what)).c_str(), what);
+    }
+    gl().ActiveTexture(static_cast<GLenum>(active));
+    const auto indexed = [&](const char* name, GLenum what, GLuint i) {
+        GLint v = 0;
+        gl().GetIntegeri_v(what, i, &v);
+        all.push_back({name + std::to_string(i), {v}});
+    };
+    for (GLuint i = 0; i < 4; ++i) {
+        indexed("image name ", GL_IMAGE_BINDING_NAME, i);
+        indexed("image level ", GL_IMAGE_BINDING_LEVEL, i);
+        indexed("image layered ", GL_IMAGE_BINDING_LAYERED, i);
+        indexed("image layer ", GL_IMAGE_BINDING_LAYER, i);
+        indexed("image access ", GL_IMAGE_BINDING_ACCESS, i);
+        indexed("image format ", GL_IMAGE_BINDING_FORMAT, i);
+        indexed("storage ", GL_SHADER_STORAGE_BUFFER_BINDING, i);
+        indexed("uniforms ", GL_UNIFORM_BUFFER_BINDING, i);
+    }
+    const auto query = FOVEA_PROC(GETQUERYIV, GetQueryiv);
+    for (const GLenum target : {GL_ANY_SAMPLES_PASSED, GL_TRANSFORM_FEEDBACK_PRIMITIVES_WRITTEN}) {
+        GLint v = 0;
+        query(target, GL_CURRENT_QUERY, &v);
+        all.push_back({"query " + std::to_string(target), {v}});
+    }
+    EXPECT_EQ(gl().GetError(), static_cast<GLenum>(GL_NO_ERROR));
+    return all;
+}
+
+void expect_same(const std::vector<Entry>& before, const std::vector<Entry>& after, const std::string& where) {
+    ASSERT_EQ(before.size(), after.size());
+    for (std::size_t i = 0; i < before.size(); ++i) EXPECT_EQ(before[i].value, after[i].value) << where << ": " << before[i].name;
+}
+
+}  // namespace
+
+class ExtrapolationGlState : public ExtrapolationGl {
+protected:
+    // Sets everything to something unusual; each piece of it would reach a pass, an upload or a read that did not look after itself.
+    void disturb(const Picture& p) {
+        gl().GenFramebuffers(2, framebuffers_);
+        gl().GenSamplers(5, samplers_);
+        gl().GenVertexArrays(1, &array_);
+        FOVEA_PROC(GENBUFFERS, GenBuffers)(3, buffers_);
+        for (const GLuint b : buffers_) {
+            gl().BindBuffer(GL_SHADER_STORAGE_BUFFER, b);
+            FOVEA_PROC(BUFFERDATA, BufferData)(GL_SHADER_STORAGE_BUFFER, 16, nullptr, GL_STATIC_DRAW);
+        }
+        gl().BindVertexArray(array_);
+        gl().BindBuffer(GL_ARRAY_BUFFER, buffers_[2]);
+        gl().BindBuffer(GL_PIXEL_PACK_BUFFER, buffers_[0]);
+        gl().BindBuffer(GL_PIXEL_UNPACK_BUFFER, buffers_[1]);
+        FOVEA_PROC(BINDBUFFERBASE, BindBufferBase)(GL_SHADER_STORAGE_BUFFER, 0, buffers_[2]);
+        const GLuint target = texture_of_this(p), other = texture_of_this(p);
+        for (GLuint unit = 0; unit < 5; ++unit) {
+            gl().ActiveTexture(GL_TEXTURE0 + unit);
+            gl().BindTexture(GL_TEXTURE_2D, unit % 2 == 0 ? target : other);
+            gl().SamplerParameteri(samplers_[unit], GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+            gl().SamplerParameteri(samplers_[unit], GL_TEXTURE_WRAP_S, GL_REPEAT);
+            gl().BindSampler(unit, samplers_[unit]);
+        }
+        gl().ActiveTexture(GL_TEXTURE6);
+        const GLuint image = texture_of_this(p, GL_RGBA8);
+        gl().BindImageTexture(0, image, 0, GL_TRUE, 0, GL_READ_ONLY, GL_RGBA8UI);
+        gl().BindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffers_[0]);
+        gl().FramebufferTexture2D(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, image, 0);
+        gl().BindFramebuffer(GL_READ_FRAMEBUFFER, framebuffers_[1]);
+        gl().FramebufferTexture2D(GL_READ_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, image, 0);
+        for (const auto& [name, value] : std::initializer_list<std::pair<GLenum, GLint>>{{GL_PACK_ALIGNMENT, 8}, {GL_PACK_ROW_LENGTH, 61}, {GL_PACK_SKIP_PIXELS, 2}, {GL_PACK_SKIP_ROWS, 3}, {GL_UNPACK_ALIGNMENT, 2},
+                                                                                         {GL_UNPACK_ROW_LENGTH, 77}, {GL_UNPACK_SKIP_PIXELS, 5}, {GL_UNPACK_SKIP_ROWS, 1}, {GL_UNPACK_IMAGE_HEIGHT, 99}, {GL_UNPACK_SKIP_IMAGES, 4}})
+            gl().PixelStorei(name, value);
+        gl().Viewport(3, 4, 5, 6);
+        FOVEA_PROC(SCISSOR, Scissor)(1, 2, 3, 4);
+        FOVEA_PROC(BLENDFUNC, BlendFunc)(GL_ZERO, GL_SRC_COLOR);
+        FOVEA_PROC(DEPTHFUNC, DepthFunc)(GL_NEVER);
+        FOVEA_PROC(STENCILFUNC, StencilFunc)(GL_NEVER, 1, 1);
+        FOVEA_PROC(CULLFACE, CullFace)(GL_FRONT_AND_BACK);
+        FOVEA_PROC(SAMPLECOVERAGE, SampleCoverage)(0.0f, GL_FALSE);
+        FOVEA_PROC(SAMPLEMASKI, SampleMaski)(0, 0);
+        for (const GLenum s : kOn) gl().Enable(s);
+        gl().Disable(GL_DITHER);
+        gl().ColorMask(GL_TRUE, GL_FALSE, GL_TRUE, GL_FALSE);
+    }
+    void calm() {
+        for (const GLenum s : kOn) gl().Disable(s);
+        gl().Enable(GL_DITHER);
+        gl().ColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+        FOVEA_PROC(BLENDFUNC, BlendFunc)(GL_ONE, GL_ZERO);
+        FOVEA_PROC(DEPTHFUNC, DepthFunc)(GL_LESS);
+        FOVEA_PROC(STENCILFUNC, StencilFunc)(GL_ALWAYS, 0, ~0u);
+        FOVEA_PROC(CULLFACE, CullFace)(GL_BACK);
+        FOVEA_PROC(SAMPLECOVERAGE, SampleCoverage)(1.0f, GL_FALSE);
+        FOVEA_PROC(SAMPLEMASKI, SampleMaski)(0, ~0u);
+        for (const GLenum name : {GL_PACK_ROW_LENGTH, GL_PACK_SKIP_PIXELS, GL_PACK_SKIP_ROWS, GL_UNPACK_ROW_LENGTH, GL_UNPACK_SKIP_PIXELS, GL_UNPACK_SKIP_ROWS, GL_UNPACK_IMAGE_HEIGHT, GL_UNPACK_SKIP_IMAGES})
+            gl().PixelStorei(name, 0);
+        gl().PixelStorei(GL_PACK_ALIGNMENT, 4);
+        gl().PixelStorei(GL_UNPACK_ALIGNMENT, 4);
+        for (const GLenum target : {GL_PIXEL_PACK_BUFFER, GL_PIXEL_UNPACK_BUFFER, GL_ARRAY_BUFFER, GL_SHADER_STORAGE_BUFFER}) gl().BindBuffer(target, 0);
+        gl().BindVertexArray(0);
+        gl().BindFramebuffer(GL_FRAMEBUFFER, 0);
+        gl().BindImageTexture(0, 0, 0, GL_FALSE, 0, GL_READ_ONLY, GL_R32UI);
+        for (GLuint unit = 0; unit < 5; ++unit) gl().BindSampler(unit, 0);
+        gl().ActiveTexture(GL_TEXTURE0);
+        gl().BindTexture(GL_TEXTURE_2D, 0);
+        gl().DeleteFramebuffers(2, framebuffers_);
+        gl().DeleteSamplers(5, samplers_);
+        gl().DeleteVertexArrays(1, &array_);
+        FOVEA_PROC(DELETEBUFFERS, DeleteBuffers)(3, buffers_);
+    }
+    GLuint texture_of_this(const Picture& p, GLenum format = GL_RGBA8) {
+        GLuint t = 0;
+        gl().GenTextures(1, &t);
+        textures_.push_back(t);
+        gl().BindTexture(GL_TEXTURE_2D, t);
+        gl().TexStorage2D(GL_TEXTURE_2D, 1, format, p.width, p.height);
+        return t;
+    }
+
+private:
+    static constexpr GLenum kOn[] = {GL_BLEND, GL_CULL_FACE, GL_DEPTH_TEST, GL_STENCIL_TEST, GL_SCISSOR_TEST, GL_RASTERIZER_DISCARD, GL_SAMPLE_ALPHA_TO_COVERAGE, GL_SAMPLE_COVERAGE, GL_SAMPLE_MASK};
+    GLuint framebuffers_[2] = {}, samplers_[5] = {}, array_ = 0, buffers_[3] = {};
+};
+
+TEST_F(ExtrapolationGlState, NothingOfItChangesAndNothingOfItReachesTheResult) {
+    for (const Format format : {Format::rgba8, Format::rgb32f, Format::rgba16f}) {   // through passes, a copying pass, half floats
+        const Picture a = moved_noise(48, 40, format, 0, 0), b = moved_noise(48, 40, format, 2, 1);
+        const GLuint src1 = texture(a), src2 = texture(b), clean = texture(a), disturbed = texture(moved_noise(48, 40, format, 0, 0, 300));
+        for (auto& [k, e] : sides_) {
+            ASSERT_EQ(e.extrapolate(src1, src2, clean, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
+            disturb(a);
+            const auto before = state_now();
+            EXPECT_EQ(e.extrapolate(src1, src2, disturbed, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
+            const std::string where = std::string(backend_name(k)) + " " + format_name(format);
+            expect_same(before, state_now(), where);
+            EXPECT_EQ(e.extrapolate(src1, src2, disturbed, 0.0f), static_cast<GLenum>(GL_INVALID_VALUE));
+            EXPECT_EQ(e.extrapolate(src1, 4711, disturbed, 0.5f), static_cast<GLenum>(GL_INVALID_OPERATION));
+            expect_same(before, state_now(), where + ", errors");
+            calm();
+            EXPECT_EQ(read(disturbed, a), read(clean, a)) << where;
+            EXPECT_EQ(gl().GetError(), static_cast<GLenum>(GL_NO_ERROR));
+        }
+    }
+}
+
+TEST_F(ExtrapolationGlState, CreationAndDestructionLeaveItAsItWas) {
+    const Picture p(32, 32, Format::rgba8);
+    for (const Backend b : {Backend::processor, Backend::compute, Backend::fragment}) {
+        disturb(p);
+        const auto before = state_now();
+        {
+            const auto made = GlExtrapolator::create(load_gl, {.preset = Preset::draft, .backend = b});
+            expect_same(before, state_now(), std::string("creation of ") + backend_name(b));
+        }
+        expect_same(before, state_now(), std::string("destruction of ") + backend_name(b));
+        calm();
+    }
+}
+
+TEST_F(ExtrapolationGlState, ActiveTransformFeedbackIsPausedAndGoesOn) {
+    const char* const vertex = "#version 310 es\nout float v;\nvoid main() { v = 7.0; gl_Position = vec4(0); }";
+    const char* const fragment = "#version 310 es\nvoid main() {}";
+    const GLuint program = gl().CreateProgram();
+    for (const auto& [kind, source] : {std::pair{GL_VERTEX_SHADER, vertex}, std::pair{GL_FRAGMENT_SHADER, fragment}}) {
+        const GLuint s = gl().CreateShader(static_cast<GLenum>(kind));
+        gl().ShaderSource(s, 1, &source, nullptr);
+        gl().CompileShader(s);
+        gl().AttachShader(program, s);
+        gl().DeleteShader(s);
+    }
+    const char* const captured = "v";
+    FOVEA_PROC(TRANSFORMFEEDBACKVARYINGS, TransformFeedbackVaryings)(program, 1, &captured, GL_INTERLEAVED_ATTRIBS);
+    gl().LinkProgram(program);
+    GLuint buffer = 0;
+    FOVEA_PROC(GENBUFFERS, GenBuffers)(1, &buffer);
+    const Picture a = moved_noise(48, 40, Format::rgba8, 0, 0), b = moved_noise(48, 40, Format::rgba8, 2, 1);
+    const GLuint src1 = texture(a), src2 = texture(b), out = texture(a), drawn_to = texture(a);
+    GLuint framebuffer = 0;   // there is no window to draw to
+    gl().GenFramebuffers(1, &framebuffer);
+    gl().BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    gl().FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, drawn_to, 0);
+    for (auto& [k, e] : sides_) {
+        gl().UseProgram(program);
+        FOVEA_PROC(BINDBUFFERBASE, BindBufferBase)(GL_TRANSFORM_FEEDBACK_BUFFER, 0, buffer);
+        const float zeros[4] = {};
+        FOVEA_PROC(BUFFERDATA, BufferData)(GL_TRANSFORM_FEEDBACK_BUFFER, sizeof zeros, zeros, GL_STATIC_READ);
+        gl().Enable(GL_RASTERIZER_DISCARD);
+        FOVEA_PROC(BEGINTRANSFORMFEEDBACK, BeginTransformFeedback)(GL_POINTS);
+        gl().DrawArrays(GL_POINTS, 0, 1);
+        const auto before = state_now();
+        EXPECT_EQ(e.extrapolate(src1, src2, out, 0.5f), static_cast<GLenum>(GL_NO_ERROR)) << backend_name(k);
+        expect_same(before, state_now(), backend_name(k));
+        gl().DrawArrays(GL_POINTS, 0, 1);
+        FOVEA_PROC(ENDTRANSFORMFEEDBACK, EndTransformFeedback)();
+        gl().Disable(GL_RASTERIZER_DISCARD);
+        const auto* values = static_cast<const float*>(FOVEA_PROC(MAPBUFFERRANGE, MapBufferRange)(GL_TRANSFORM_FEEDBACK_BUFFER, 0, sizeof zeros, GL_MAP_READ_BIT));
+        ASSERT_NE(values, nullptr);
+        EXPECT_EQ(values[0], 7.0f);
+        EXPECT_EQ(values[1], 7.0f) << backend_name(k) << ": the draw after the call goes on where the one before ended";
+        EXPECT_EQ(values[2], 0.0f);
+        FOVEA_PROC(UNMAPBUFFER, UnmapBuffer)(GL_TRANSFORM_FEEDBACK_BUFFER);
+        gl().UseProgram(0);
+        EXPECT_EQ(gl().GetError(), static_cast<GLenum>(GL_NO_ERROR));
+    }
+    gl().DeleteFramebuffers(1, &framebuffer);
+    gl().DeleteProgram(program);
+    FOVEA_PROC(DELETEBUFFERS, DeleteBuffers)(1, &buffer);
+}
+
+TEST_F(ExtrapolationGlState, SourcesKeepTheirBitsAndParameters) {
+    for (const FormatRow& row : kRows) {
+        const Picture a = moved_noise(33, 21, row.format, 0, 0), b = moved_noise(33, 21, row.format, 2, 1);
+        const GLuint src1 = texture(a, 3), src2 = texture(b), out = texture(a);
+        const Picture was1 = read(src1, a), was2 = read(src2, a);
+        gl().BindTexture(GL_TEXTURE_2D, src1);
+        gl().TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST_MIPMAP_LINEAR);
+        gl().TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_MIRRORED_REPEAT);
+        gl().TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAX_LEVEL, 2);
+        for (auto& [k, e] : sides_) {
+            for (const float factor : {0.5f, -0.75f, 1e-30f}) ASSERT_EQ(e.extrapolate(src1, src2, out, factor), static_cast<GLenum>(GL_NO_ERROR));
+            EXPECT_EQ(read(src1, a), was1) << format_name(row.format) << " " << backend_name(k);
+            EXPECT_EQ(read(src2, a), was2) << format_name(row.format) << " " << backend_name(k);
+            gl().BindTexture(GL_TEXTURE_2D, src1);
+            for (const auto& [what, value] : {std::pair{GL_TEXTURE_MIN_FILTER, GL_NEAREST_MIPMAP_LINEAR}, {GL_TEXTURE_WRAP_T, GL_MIRRORED_REPEAT}, {GL_TEXTURE_MAX_LEVEL, 2}, {GL_TEXTURE_BASE_LEVEL, 0}}) {
+                GLint v = 0;
+                gl().GetTexParameteriv(GL_TEXTURE_2D, static_cast<GLenum>(what), &v);
+                EXPECT_EQ(v, value) << backend_name(k);
+            }
+        }
+    }
+}
+
+}  // namespace fovea::test
