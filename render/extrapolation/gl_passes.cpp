@@ -244,8 +244,10 @@ void GlPasses::search_level(std::size_t l, bool back) noexcept {
     bind(3, tiles_);
     set_size(level.width, level.height);
     set_cell(cell_px_ << l);
-    // The way back only has to tell right from wrong.
-    set_rounds(back ? (tuning_.iterations + 1) / 2 : tuning_.iterations);
+    // Where the processor passes several times over the patches of a level, each time with what the neighbours found, all steps
+    // are made at once here. The way back only has to tell right from wrong.
+    const int steps = std::max(tuning_.iterations * tuning_.passes, 3);
+    set_rounds(back ? (steps + 1) / 2 : steps);
     set_reach(coarsest ? 0.0f : -1.0f);
     pass(Kernel::search, level.patches, level.columns, level.rows, GL_RGBA32UI);
     use(Kernel::balance);
@@ -254,7 +256,7 @@ void GlPasses::search_level(std::size_t l, bool back) noexcept {
     set_reach(tuning_.stiffness);
     // From afar, then from nearer: what many know spreads in fewer rounds than on the processor, where only neighbours talk.
     constexpr int kFar[] = {1, 2, 4};
-    const int on_processor = back ? (tuning_.balance_rounds + 1) / 2 : tuning_.balance_rounds, balance = (2 * on_processor + 4) / 5;
+    const int on_processor = back ? (tuning_.balance_rounds + 1) / 2 : tuning_.balance_rounds, balance = std::max((2 * on_processor + 4) / 5, 6);
     for (int r = 0; r < balance; ++r) {
         set_cell(kFar[(balance - 1 - r) % 3]);
         set_rounds(r == 0 ? 1 : 0);
@@ -266,17 +268,19 @@ void GlPasses::search_level(std::size_t l, bool back) noexcept {
 
 GLuint GlPasses::find_motion() noexcept {
     const bool checks = tuning_.backward_level >= 0;
+    const std::size_t back_to = checks ? std::min(static_cast<std::size_t>(tuning_.backward_level), levels_.size() - 1) : levels_.size();
     for (std::size_t l = levels_.size(); l-- > 0;) {
         search_level(l, false);
-        if (checks) search_level(l, true);
+        if (checks && l >= back_to) search_level(l, true);
     }
     const Level& finest = levels_[0];
     use(Kernel::spread);
     bind(0, finest.near);
     bind(1, finest.far);
     bind(2, finest.motion[0]);
-    bind(3, finest.back[0]);
+    bind(3, checks ? levels_[back_to].back[0] : 0);
     set_size(finest.columns, finest.rows);
+    set_rounds(static_cast<int>(back_to));
     set_reach(checks ? 1.0f : 0.0f);
     pass(Kernel::spread, dense_[0], finest.width, finest.height);
     use(Kernel::smooth);

@@ -5,7 +5,7 @@ namespace fovea::render::extrapolation::shaders {
 
 // Motion (xy) of each cell, its trust (z) and its luma (w): the mean of its four patches, those that fit it better counting
 // more. A motion whose partner does not come back is doubted. image0: the luma the patches are of, image1: the other, image2:
-// motion, image3: the motion back, unless reach is 0; size: of their grids.
+// motion; size: of its grid. image3: the motion back, `rounds` levels coarser, unless reach is 0.
 inline constexpr const char* kSpread = R"(//K spread
 vec4 kernel(ivec2 at) {
     float own = texelFetch(image0, at, 0).r;
@@ -18,9 +18,10 @@ vec4 kernel(ivec2 at) {
     vec2 m = sum.xy / sum.z;
     float trust = 1.0;
     if (reach > 0.0) {
-        ivec2 partner = ivec2(floor((clamp(vec2(at) + m, vec2(0.0), 4.0 * vec2(size) - 5.0) + 0.5) / 4.0 + 0.5));
-        vec2 d = m + texelFetch(image3, clamp(partner, ivec2(0), size - 1), 0).xy;
-        float limit = 0.75 + 0.05 * (abs(m.x) + abs(m.y));
+        float per = 1.0 / float(1 << rounds);
+        vec2 partner = (clamp(vec2(at) + m, vec2(0.0), 4.0 * vec2(size) - 5.0) + 0.5) * per;
+        vec2 d = m * per + texelFetch(image3, clamp(ivec2(floor(partner / 4.0 + 0.5)), ivec2(0), textureSize(image3, 0) - 1), 0).xy;
+        float limit = 0.75 + 0.05 * per * (abs(m.x) + abs(m.y));
         trust = dot(d, d) < limit * limit ? 1.0 : 0.02;
     }
     return vec4(m, trust, own);

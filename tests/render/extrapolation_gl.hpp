@@ -3,6 +3,8 @@
 #pragma once
 
 #include <EGL/egl.h>
+#include <GLES3/gl32.h>
+#include <GLES2/gl2ext.h>
 #include <gtest/gtest.h>
 
 #include "render/extrapolation/gl_extrapolator.hpp"
