@@ -5,8 +5,8 @@
 // start-up probe picks: on a software rasteriser it times one small pair on each, elsewhere it takes compute, then fragment.
 // Three-channel float pictures, outputs that are also a source, and swizzled sources always take the processor.
 // Three-channel floats that cannot be attached are read through a pass, which honours a swizzle of theirs.
-// State: everything but the output's base level is as before. An immutable output can be stored to by compute; others are
-// drawn to. Active occlusion and primitive queries count the passes of `fragment`.
+// State: everything but the output's base level is as before; the output may be immutable or not. Active occlusion queries
+// count the passes; transform feedback is paused meanwhile.
 // Threads: the context's thread, the same for create, extrapolate and destruction; contexts do not share one.
 #pragma once
 

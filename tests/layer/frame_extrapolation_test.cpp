@@ -1,6 +1,8 @@
 // GL_QCOM_frame_extrapolation through the layer: listing, errors, and that programs see nothing but the output change.
 // What the pictures look like is tested with the engine (tests/render).
 #include <cmath>
+#include <limits>
+#include <tuple>
 
 #include "tests/layer/layer_test.hpp"
 
@@ -139,6 +141,105 @@ TEST_F(FrameExtrapolation, ErrorsPendingBeforeStay) {
     ext.extrapolate(a, b, out, 0.5f);
     EXPECT_GL(GL_INVALID_ENUM);
     EXPECT_GL(GL_NO_ERROR);
+}
+
+TEST_F(FrameExtrapolation, AnErrorWritesNothing) {
+    const GLuint a = square(10), b = square(14), out = square(30), half = texture(64, 64, GL_RGBA16F), larger = texture(65, 64), outside = texture(64, 64, GL_RGB10_A2);
+    const Picture before = read_texture(out);
+    for (const auto& [src1, src2, factor] : {std::tuple{a, b, 0.0f}, {half, b, 0.5f}, {a, larger, 0.5f}, {outside, outside, 0.5f}, {a, 4711u, 0.5f}}) {
+        ext.extrapolate(src1, src2, out, factor);
+        EXPECT_NE(glGetError(), static_cast<GLenum>(GL_NO_ERROR));
+        EXPECT_GL(GL_NO_ERROR);
+        EXPECT_EQ(read_texture(out), before);
+    }
+}
+
+TEST_F(FrameExtrapolation, NamesWithoutA2DImageAreInvalidOperations) {
+    const GLuint a = square(10), b = square(14), out = square(30);
+    GLuint cube = 0, empty = 0;
+    glGenTextures(1, &cube);
+    glBindTexture(GL_TEXTURE_CUBE_MAP, cube);
+    glTexStorage2D(GL_TEXTURE_CUBE_MAP, 1, GL_RGBA8, 64, 64);
+    glGenTextures(1, &empty);
+    glBindTexture(GL_TEXTURE_2D, empty);
+    for (const GLuint bad : {0u, 4711u, cube, empty})
+        for (const auto& [src1, src2, output] : {std::tuple{bad, b, out}, {a, bad, out}, {a, b, bad}}) {
+            ext.extrapolate(src1, src2, output, 0.5f);
+            EXPECT_GL(GL_INVALID_OPERATION);
+        }
+}
+
+TEST_F(FrameExtrapolation, EveryFactorButZeroIsLegalAndFarOnesRepeat) {
+    const GLuint a = square(10), b = square(14), out = texture(64, 64);
+    const Picture first = read_texture(a), second = read_texture(b);
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    for (const auto& [factor, wanted] : {std::pair{1e-30f, &second}, {1e30f, &second}, {kInfinity, &second}, {std::numeric_limits<float>::quiet_NaN(), &second}, {-1.0f, &first}, {-1e30f, &first}, {-kInfinity, &first}}) {
+        ext.extrapolate(a, b, out, factor);
+        EXPECT_GL(GL_NO_ERROR);
+        EXPECT_EQ(read_texture(out), *wanted) << factor;
+    }
+}
+
+TEST_F(FrameExtrapolation, OddAndSmallestSizesAreAccepted) {
+    for (const auto& [width, height] : {std::pair{1, 1}, {1, 37}, {35, 1}, {33, 17}}) {
+        const GLuint a = texture(width, height), b = texture(width, height), out = texture(width, height);
+        ext.extrapolate(a, b, out, 0.5f);
+        EXPECT_EQ(glGetError(), static_cast<GLenum>(GL_NO_ERROR)) << width << "x" << height;
+    }
+}
+
+TEST_F(FrameExtrapolation, SourcesAndTheProgramsStateAreAsBefore) {
+    const GLuint a = square(10), b = square(14), out = texture(64, 64), bound = square(3);
+    const Picture first = read_texture(a), second = read_texture(b);
+    const Surface own = surface(32, 32);
+    glBindFramebuffer(GL_FRAMEBUFFER, own.framebuffer);
+    glActiveTexture(GL_TEXTURE2);
+    glBindTexture(GL_TEXTURE_2D, bound);
+    glPixelStorei(GL_UNPACK_ROW_LENGTH, 77);
+    glViewport(1, 2, 3, 4);
+    glEnable(GL_SCISSOR_TEST);
+    glColorMask(GL_TRUE, GL_FALSE, GL_TRUE, GL_FALSE);
+    ext.extrapolate(a, b, out, 0.5f);
+    EXPECT_GL(GL_NO_ERROR);
+    for (const auto& [what, wanted] : {std::pair<GLenum, GLint>{GL_DRAW_FRAMEBUFFER_BINDING, static_cast<GLint>(own.framebuffer)}, {GL_READ_FRAMEBUFFER_BINDING, static_cast<GLint>(own.framebuffer)},
+                                       {GL_ACTIVE_TEXTURE, GL_TEXTURE2}, {GL_TEXTURE_BINDING_2D, static_cast<GLint>(bound)}, {GL_UNPACK_ROW_LENGTH, 77}, {GL_VIEWPORT, 1}}) {
+        GLint v[4] = {};
+        glGetIntegerv(what, v);
+        EXPECT_EQ(v[0], wanted) << std::hex << what;
+    }
+    EXPECT_TRUE(glIsEnabled(GL_SCISSOR_TEST));
+    GLboolean mask[4] = {};
+    glGetBooleanv(GL_COLOR_WRITEMASK, mask);
+    EXPECT_EQ(mask[1], GL_FALSE);
+    glPixelStorei(GL_UNPACK_ROW_LENGTH, 0);
+    glDisable(GL_SCISSOR_TEST);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    glActiveTexture(GL_TEXTURE0);
+    EXPECT_EQ(read_texture(a), first);
+    EXPECT_EQ(read_texture(b), second);
+}
+
+TEST_F(FrameExtrapolation, TheOutputMayBeASource) {
+    const GLuint a = square(10), b = square(14), out = texture(64, 64);
+    ext.extrapolate(a, b, out, 0.5f);
+    const Picture wanted = read_texture(out);
+    ext.extrapolate(a, b, b, 0.5f);
+    EXPECT_GL(GL_NO_ERROR);
+    EXPECT_EQ(read_texture(b), wanted);
+}
+
+TEST_F(FrameExtrapolation, AnUnsizedFormatIsTheSizedOneThatItStandsFor) {
+    const GLuint a = square(10), out = texture(64, 64);
+    GLuint b = 0;
+    glGenTextures(1, &b);
+    glBindTexture(GL_TEXTURE_2D, b);
+    const Picture same = read_texture(a);
+    glBindTexture(GL_TEXTURE_2D, b);
+    glTexImage2D(GL_TEXTURE_2D, 0, GL_RGBA, 64, 64, 0, GL_RGBA, GL_UNSIGNED_BYTE, same.pixels.data());
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
+    ext.extrapolate(a, b, out, 0.5f);
+    EXPECT_GL(GL_NO_ERROR);
+    EXPECT_EQ(read_texture(out), same);
 }
 
 }  // namespace fovea::layer_test

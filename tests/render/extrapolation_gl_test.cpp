@@ -87,7 +87,7 @@ TEST_F(ExtrapolationGl, StaticPairsAndCutsReturnTheLastFrameBitForBit) {
 
 TEST_F(ExtrapolationGl, ErrorsAreThoseOfTheSpecificationAndWriteNothing) {
     const Picture a = moved_noise(16, 16, Format::rgba8, 0, 0), b = moved_noise(16, 16, Format::rgba8, 1, 0);
-    const GLuint src1 = texture(a), src2 = texture(b), out = texture(a), half = texture(moved_noise(16, 16, Format::rgba16f, 0, 0)), small = texture(moved_noise(16, 15, Format::rgba8, 0, 0));
+    const GLuint src1 = texture(a), src2 = texture(b), out = texture(a), half = texture(moved_noise(16, 16, Format::rgba16f, 0, 0)), small = texture(moved_noise(16, 15, Format::rgba8, 0, 0)), narrow = texture(moved_noise(15, 16, Format::rgba8, 0, 0));
     GLuint odd[3];
     gl().GenTextures(3, odd);
     textures_.insert(textures_.end(), odd, odd + 3);
@@ -105,6 +105,7 @@ TEST_F(ExtrapolationGl, ErrorsAreThoseOfTheSpecificationAndWriteNothing) {
         EXPECT_EQ(e.extrapolate(half, src2, out, 1), operation);
         EXPECT_EQ(e.extrapolate(src1, src2, half, 1), operation);
         EXPECT_EQ(e.extrapolate(src1, small, out, 1), operation);
+        EXPECT_EQ(e.extrapolate(src1, src2, narrow, 1), operation);
         EXPECT_EQ(e.extrapolate(odd[0], odd[0], odd[0], 1), operation);
         EXPECT_EQ(e.extrapolate(odd[1], odd[1], odd[1], 1), operation);
         EXPECT_EQ(e.extrapolate(odd[2], odd[2], odd[2], 1), operation);
