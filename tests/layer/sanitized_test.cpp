@@ -19,7 +19,7 @@ const std::string kAutoEvery = "layer_auto_program scene no_clear frag_coord ove
 Ran sanitized(const std::string& program, const std::string& environment = "") {
     const std::string vendor = temporary("vendor.json"), errors = temporary("sanitizer");
     std::ofstream(vendor) << R"({"file_format_version": "1.0.0", "ICD": {"library_path": ")" << FOVEA_LAYER_LIBRARY << "\"}}\n";
-    const std::string options = "ASAN_OPTIONS=detect_leaks=1:exitcode=66 UBSAN_OPTIONS=print_stacktrace=1:exitcode=66 "
+    const std::string options = "ASAN_OPTIONS=detect_leaks=1:intercept_tls_get_addr=0:exitcode=66 UBSAN_OPTIONS=print_stacktrace=1:exitcode=66 "
                                 "TSAN_OPTIONS=exitcode=66:second_deadlock_stack=1:ignore_noninstrumented_modules=1 ";
     const Ran ran = shell("__EGL_VENDOR_LIBRARY_FILENAMES=" + vendor + " " + options + environment + " " + kBin + "/" + program, errors);
     EXPECT_EQ(ran.exit_code, 0) << program << "\n" << file_text(errors);
