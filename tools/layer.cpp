@@ -16,6 +16,7 @@
 #include "tools/commands.hpp"
 #include "tools/layer_auto.hpp"
 #include "tools/layer_trace.hpp"
+#include "tools/within.hpp"
 #include "replay/output_file.hpp"
 
 namespace fovea::tools {
@@ -154,11 +155,11 @@ void add_layer(CLI::App& app, int* exit_code) {
         command->add_option("--gain", options.automatic.gain, "Auto: how fast density falls with distance, 1/NDC, one for both axes or x,y (default 4; 0: full density)")
             ->needs("--auto");
         command->add_option("--area", options.automatic.area, "Auto: enlarges the region of full density (radius sqrt(1 + area) / gain; default 0)")
-            ->check(CLI::Range(0.0, 1e6))->needs("--auto");
+            ->check(within(0.0, 1e6))->needs("--auto");
         command->add_option("--focus", options.automatic.focus, "Auto: a fixed focal point x,y in NDC instead of fovead's")
             ->needs("--auto");
         command->add_option("--fov", options.automatic.fov_deg, "Auto: horizontal angle that the window fills, degrees (default 40)")
-            ->check(CLI::Range(1.0, 179.0))->needs("--auto");
+            ->check(within(1.0, 179.0))->needs("--auto");
         CLI::Option* always = command->add_flag("--always", options.automatic.always, "Auto: foveate also where a trial finds that it takes longer")->needs("--auto");
         command->add_flag("--compare", options.automatic.compare,
                           "Auto: draw blocks of frames straight, recorded at full density and foveated in turns, and print on stderr what they take")

@@ -2,15 +2,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 
 #include <unistd.h>
 
 #include <fmt/format.h>
 
 #include "daemon/pipeline/settings_table.hpp"
-#include "replay/output_file.hpp"
 #include "tools/commands.hpp"
+#include "tools/outputs.hpp"
 #include "tools/tradeoff_gaze.hpp"
 #include "tools/tradeoff_pupil.hpp"
 #include "tools/within.hpp"
@@ -34,19 +33,8 @@ int report(const Error& error, int code) {
 int run(const Options& o, const char* subject, TradeoffResult (*judge)(const TradeoffRequest&)) {
     const double budget = o.budget_ns >= 0 ? o.budget_ns : o.budget_us * 1e3;
     if (!o.toml.empty() && budget < 0) return report({"--toml writes what is picked within a budget, and there is none", o.toml, "say --budget-us or --budget-ns too"}, kUsage);
-    // Before the minutes of judging: what cannot be written is known now.
-    std::map<std::string, replay::OutputFile> outputs;
-    for (const std::string& path : {o.csv, o.html, o.toml}) {
-        if (path.empty()) continue;
-        auto file = replay::OutputFile::create(path);
-        if (!file) return report(file.error(), kFailed);
-        outputs.emplace(path, std::move(*file));
-    }
-    const auto put = [&](const std::string& path, const std::string& text) -> Result<void> {
-        replay::OutputFile& file = outputs.at(path);
-        if (auto ok = file.write(text); !ok) return ok;
-        return file.commit();
-    };
+    auto outputs = Outputs::open({o.csv, o.html, o.toml});
+    if (!outputs) return report(outputs.error(), kFailed);
     auto recordings = load_recordings(o.paths, [](const Error& e) { fmt::print(stderr, "left out: {}\n", e.message()); });
     if (!recordings) return report(recordings.error(), kBadInput);
     TradeoffRequest request{*recordings, {}, o.groups, {}};
@@ -66,17 +54,16 @@ int run(const Options& o, const char* subject, TradeoffResult (*judge)(const Tra
         for (const auto& t : result.tables) fmt::print("{}\n", to_text(t));
     std::string csv;
     for (const auto& t : result.tables) csv += to_csv(t);
-    if (!o.csv.empty())
-        if (auto ok = put(o.csv, csv); !ok) return report(ok.error(), kFailed);
+    if (auto ok = outputs->put(o.csv, csv); !ok) return report(ok.error(), kFailed);
     if (!o.html.empty())
-        if (auto ok = put(o.html, to_html(fmt::format("Fovea: {} against cost", subject), result.tables, result.plots)); !ok)
+        if (auto ok = outputs->put(o.html, to_html(fmt::format("Fovea: {} against cost", subject), result.tables, result.plots)); !ok)
             return report(ok.error(), kFailed);
     if (budget >= 0) {
         const TradeoffRow* best = best_within(result.tables.front(), budget);
         if (!best) return report({fmt::format("nothing costs {:.0f} ns or less", budget), "", "allow more with --budget-us"}, kFailed);
         fmt::print(stderr, "within {:.0f} ns per sample: {} ({:.0f} ns, {} {:.3f})\n", budget, best->method, best->cost_ns, result.tables.front().error_name, best->error);
         if (o.toml.empty()) fmt::print(stderr, "{}", best->toml);
-        else if (auto ok = put(o.toml, best->toml); !ok) return report(ok.error(), kFailed);
+        else if (auto ok = outputs->put(o.toml, best->toml); !ok) return report(ok.error(), kFailed);
     }
     return kSuccess;
 }

@@ -13,7 +13,8 @@
 #include "tools/embedded_png.hpp"
 #include "tools/extrapolation_methods.hpp"
 #include "tools/image_quality.hpp"
-#include "replay/output_file.hpp"
+#include "tools/outputs.hpp"
+#include "tools/within.hpp"
 
 namespace fovea::tools {
 
@@ -185,6 +186,8 @@ int fail_with(const Error& error, int code) {
 }
 
 int run(const Options& o) {
+    auto outputs = Outputs::open({o.csv, o.html});
+    if (!outputs) return fail_with(outputs.error(), kFailed);
     std::vector<Case> cases;
     for (const double speed : o.speeds)
         for (const SceneRow& s : extrapolation_scenes())
@@ -229,9 +232,9 @@ int run(const Options& o) {
     mark_frontier(rows);
     fmt::print("{}", o.json ? to_json(rows, cases, o) : to_text(rows, cases));
     if (!o.csv.empty())
-        if (auto ok = replay::write_file(o.csv, to_csv(rows, cases)); !ok) return fail_with(ok.error(), kFailed);
+        if (auto ok = outputs->put(o.csv, to_csv(rows, cases)); !ok) return fail_with(ok.error(), kFailed);
     if (!o.html.empty())
-        if (auto ok = replay::write_file(o.html, to_html(rows, cases, crops, o)); !ok) return fail_with(ok.error(), kFailed);
+        if (auto ok = outputs->put(o.html, to_html(rows, cases, crops, o)); !ok) return fail_with(ok.error(), kFailed);
     if (o.budget_ms >= 0) {
         const Row* best = nullptr;
         for (const Row& r : rows)
@@ -251,11 +254,11 @@ void add_tradeoff_extrapolation(CLI::App& parent, int* exit_code) {
     std::vector<std::string> names;
     for (const SceneRow& s : extrapolation_scenes()) names.emplace_back(s.name);
     c->add_option("--scene", o->scenes, "Only these scenes")->check(CLI::IsMember(names));
-    c->add_option("--speed", o->speeds, "Speeds; 1 is about 7 pixels per frame at 1024x1024 (default 1)")->check(CLI::Range(0.0, 20.0));
-    c->add_option("--factor", o->factor, "How far ahead, frame times (default 0.5)")->check(CLI::Range(-1.0, 2.0));
+    c->add_option("--speed", o->speeds, "Speeds; 1 is about 7 pixels per frame at 1024x1024 (default 1)")->check(within(0.0, 20.0));
+    c->add_option("--factor", o->factor, "How far ahead, frame times (default 0.5)")->check(within(-1.0, 2.0));
     c->add_option("--size", o->size_px, "Edge of the pictures, pixels (default 1024)")->check(CLI::Range(32, 4096));
     c->add_option("--repeat", o->repeats, "Timed runs per method and case; the median counts (default 5)")->check(CLI::Range(1, 1000));
-    c->add_option("--budget-ms", o->budget_ms, "Name the best preset within this processor time per frame")->check(CLI::Range(0.0, 1e6));
+    c->add_option("--budget-ms", o->budget_ms, "Name the best preset within this processor time per frame")->check(within(0.0, 1e6));
     c->add_option("--csv", o->csv, "Also write every score here");
     c->add_option("--html", o->html, "Also write a self-contained page with plot and crops here");
     c->add_flag("--json", o->json, "Print JSON instead of the table");

@@ -12,8 +12,9 @@
 #include "render/scene/scene.hpp"
 #include "tools/commands.hpp"
 #include "tools/foveation_judge.hpp"
-#include "replay/output_file.hpp"
+#include "tools/outputs.hpp"
 #include "tools/tradeoff_report.hpp"
+#include "tools/within.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -86,7 +87,7 @@ std::optional<std::size_t> best_within(const std::vector<Judged>& all, std::size
     return best;
 }
 
-int write_outputs(const Options& o, const std::vector<TradeoffTable>& tables) {
+int write_outputs(const Options& o, Outputs& outputs, const std::vector<TradeoffTable>& tables) {
     std::vector<TradeoffPlot> plots;
     std::string csv;
     for (const auto& t : tables) {
@@ -97,13 +98,13 @@ int write_outputs(const Options& o, const std::vector<TradeoffTable>& tables) {
     else
         for (const auto& t : tables) fmt::print("{}\n", to_text(t));
     if (!o.csv.empty())
-        if (auto ok = replay::write_file(o.csv, csv); !ok) return report(ok.error(), kFailed);
+        if (auto ok = outputs.put(o.csv, csv); !ok) return report(ok.error(), kFailed);
     if (!o.html.empty())
-        if (auto ok = replay::write_file(o.html, to_html("Fovea: foveation methods, error against time", tables, plots)); !ok) return report(ok.error(), kFailed);
+        if (auto ok = outputs.put(o.html, to_html("Fovea: foveation methods, error against time", tables, plots)); !ok) return report(ok.error(), kFailed);
     return kSuccess;
 }
 
-int choose(const Options& o, const std::vector<Judged>& all, const std::vector<quality::Setting>& settings, bool processor, const std::string& renderer) {
+int choose(const Options& o, Outputs& outputs, const std::vector<Judged>& all, const std::vector<quality::Setting>& settings, bool processor, const std::string& renderer) {
     std::string pick;
     if (o.budget_ms >= 0) {
         const auto best = best_within(all, settings.size(), o.budget_ms, processor);
@@ -128,11 +129,13 @@ int choose(const Options& o, const std::vector<Judged>& all, const std::vector<q
     for (const Judged& j : all) scenes += " " + j.scene;
     const std::string head = fmt::format("# fovea tradeoff foveation --scenes{} --size {} --frames {}\n# {}; costs by {} time\n", scenes, o.judge.size_px, o.judge.frames, renderer,
                                          processor ? "processor" : "wall");
-    if (auto ok = replay::write_file(o.toml, head + to_toml(*ladder)); !ok) return report(ok.error(), kFailed);
+    if (auto ok = outputs.put(o.toml, head + to_toml(*ladder)); !ok) return report(ok.error(), kFailed);
     return kSuccess;
 }
 
 int run(Options& o) {
+    auto outputs = Outputs::open({o.csv, o.html, o.toml});
+    if (!outputs) return report(outputs.error(), kFailed);
     auto context = gl::Context::create();
     if (!context) return report(context.error(), kFailed);
     const std::string renderer = context->info().renderer;
@@ -155,8 +158,8 @@ int run(Options& o) {
         all.push_back({name, *std::move(scores)});
         tables.push_back(table_of(all.back(), settings, o, processor));
     }
-    if (const int code = write_outputs(o, tables); code != kSuccess) return code;
-    return choose(o, all, settings, processor, renderer);
+    if (const int code = write_outputs(o, *outputs, tables); code != kSuccess) return code;
+    return choose(o, *outputs, all, settings, processor, renderer);
 }
 
 }  // namespace
@@ -173,8 +176,8 @@ void add_tradeoff_foveation(CLI::App& parent, int* exit_code) {
     c->add_option("--methods,--method", o->methods, "Only these methods, beside full")->check(CLI::IsMember(methods));
     c->add_option("--size", o->judge.size_px, "Edge of each eye's picture, pixels (default 512)")->check(CLI::Range(64, 4096));
     c->add_option("--frames", o->judge.frames, "Timed pairs of frames per setting; medians count (default 5)")->check(CLI::Range(1, 1000));
-    c->add_option("--fovea-deg", o->judge.fovea_deg, "Radius at full resolution of the scaled_bins settings, degrees (default 5); 0: 1/gain, the equation with area 0")->check(CLI::Range(0.0, 60.0));
-    c->add_option("--budget-ms", o->budget_ms, "Pick the setting with the least error whose frames take no longer in any of the scenes")->check(CLI::Range(0.0, 1e6));
+    c->add_option("--fovea-deg", o->judge.fovea_deg, "Radius at full resolution of the scaled_bins settings, degrees (default 5); 0: 1/gain, the equation with area 0")->check(within(0.0, 60.0));
+    c->add_option("--budget-ms", o->budget_ms, "Pick the setting with the least error whose frames take no longer in any of the scenes")->check(within(0.0, 1e6));
     c->add_option("--toml", o->toml, "Write the frontier here, with the pick, for fovea-view --quality");
     c->add_option("--csv", o->csv, "Also write the tables here");
     c->add_option("--html", o->html, "Also write a self-contained page with plots and crops here");

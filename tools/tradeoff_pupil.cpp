@@ -14,8 +14,9 @@
 
 #include "drivers/camera/pupil_detector.hpp"
 #include "drivers/synthetic/eye_image.hpp"
-#include "replay/output_file.hpp"
+#include "tools/outputs.hpp"
 #include "tools/pupil_baselines.hpp"
+#include "tools/within.hpp"
 
 namespace fovea::tools {
 
@@ -136,6 +137,11 @@ struct Options {
 };
 
 int run(const Options& o) {
+    auto outputs = Outputs::open({o.csv});
+    if (!outputs) {
+        fmt::print(stderr, "fovea tradeoff pupil: {}\n", outputs.error().message());
+        return kFailed;
+    }
     const auto all = methods();
     std::string csv = "side_px,method,case,median_error_px,p95_error_px,rate_5px,imagined_when_closed,median_us,p99_us\n";
     nlohmann::json json = nlohmann::json::array();
@@ -204,7 +210,7 @@ int run(const Options& o) {
     }
     if (o.json) fmt::print("{}\n", json.dump(1));
     if (!o.csv.empty())
-        if (auto ok = replay::write_file(o.csv, csv); !ok) {
+        if (auto ok = outputs->put(o.csv, csv); !ok) {
             fmt::print(stderr, "fovea tradeoff pupil: {}\n", ok.error().message());
             return kFailed;
         }
@@ -218,7 +224,7 @@ void add_tradeoff_pupil(CLI::App& tradeoff, int* exit_code) {
     auto* c = tradeoff.add_subcommand("pupil", "Pupil detectors: pixel error and detection rate, and microseconds per frame");
     c->add_option("--count", o->count, "Pictures per case (default 60)")->check(CLI::Range(1, 100000));
     c->add_option("--side", o->sides, "Picture sides, pixels (default 192 400)")->check(CLI::Range(64, 2048));
-    c->add_option("--budget-us", o->budget_us, "Name the most reliable method within this time per frame, microseconds")->check(CLI::Range(1.0, 1e6));
+    c->add_option("--budget-us", o->budget_us, "Name the most reliable method within this time per frame, microseconds")->check(within(1.0, 1e6));
     c->add_option("--csv", o->csv, "Also write every case of every method here");
     c->add_flag("--cases", o->cases, "Also one column per case");
     c->add_flag("--json", o->json, "Print JSON instead of tables");

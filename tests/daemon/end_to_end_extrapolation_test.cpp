@@ -13,8 +13,8 @@ using test::DaemonProcess;
 using test::run_program;
 using test::TemporaryFolder;
 
-std::vector<std::string> viewer(const DaemonProcess& daemon, const std::vector<std::string>& more) {
-    std::vector<std::string> command{FOVEA_BIN_DIR "/fovea-view", "--socket", daemon.focus_socket(), "--present", "surfaceless", "--size", "160", "--scene", "fragbox", "--json"};
+std::vector<std::string> viewer(const DaemonProcess& daemon, const std::vector<std::string>& more, const char* size = "160") {
+    std::vector<std::string> command{FOVEA_BIN_DIR "/fovea-view", "--socket", daemon.focus_socket(), "--present", "surfaceless", "--size", size, "--scene", "fragbox", "--json"};
     command.insert(command.end(), more.begin(), more.end());
     return command;
 }
@@ -68,6 +68,36 @@ TEST(Extrapolated, FramesAlternateWithRenderedOnesInSessionAndReport) {
     EXPECT_EQ(kinds["extrapolated"]["frames"], 11);
     EXPECT_GT(kinds["extrapolated"]["judged"], 0) << "foveal misses are counted for extrapolated frames too";
     EXPECT_GT(kinds["extrapolated"]["motion_to_photon_ms"]["p50"].get<double>(), kinds["rendered"]["motion_to_photon_ms"]["p50"].get<double>());
+}
+
+TEST(Extrapolated, FramesAreShownHalfWayToTheNextRenderedOne) {
+    const TemporaryFolder folder;
+    const std::string session_path = folder / "run.fovea";
+    DaemonProcess daemon(folder, {.arguments = {"--record", session_path}});
+    ASSERT_TRUE(daemon.ready()) << daemon.log();
+    // Frames of many refreshes each, on a display that could show the next one at once.
+    const auto view = run_program(viewer(daemon, {"--method", "full", "--frames", "9", "--speed", "8", "--extrapolate", "on", "--refresh-hz", "1000", "--scanout-ms", "1"}, "512"));
+    if (view.code == 1 && view.error.find("libegl") != std::string::npos) GTEST_SKIP() << "no OpenGL ES driver: " << view.error;
+    ASSERT_EQ(view.code, 0) << view.error;
+    EXPECT_EQ(daemon.stop(SIGTERM), 0) << daemon.log();
+    const auto session = replay::SessionReader::open(session_path);
+    ASSERT_TRUE(session) << session.error().message();
+    std::vector<FrameTiming> frames;
+    ASSERT_TRUE(session->frames([&](const replay::SessionFrame& f) {
+        frames.push_back(f.timing);
+        return true;
+    }));
+    // What lies between a rendered photon and the extrapolated one after it, in parts of what lay between the last two
+    // rendered frames. A busy machine only makes it more.
+    std::vector<double> parts;
+    for (std::size_t i = 2; i < frames.size(); i += 2) {
+        ASSERT_EQ(frames[i].kind, FrameKind::extrapolated);
+        const FrameTiming &now = frames[i - 1], &before = frames[i == 2 ? 0 : i - 3];
+        parts.push_back(to_seconds(frames[i].photon - now.photon) / to_seconds(now.latched - before.latched));
+    }
+    ASSERT_EQ(parts.size(), 8u);
+    std::ranges::nth_element(parts, parts.begin() + 4);
+    EXPECT_GT(parts[4], 0.4) << "half, less a refresh";
 }
 
 TEST(Extrapolated, FramesComeOnlyWhereThePictureMovesAndMissesItsBudget) {

@@ -146,6 +146,7 @@ TEST_F(Viewer, WithoutADriverSaysWhatToInstall) {
 TEST_F(Viewer, WrongArgumentsExit2AndNameTheLegalOnes) {
     EXPECT_EQ(run("--size banana --wait").exit_code, 2);
     EXPECT_EQ(run("--nonsense").exit_code, 2);
+    for (const char* option : {"--gain nan", "--speed nan", "--fovea-deg -nan", "--duration NaN", "--quality auto --budget-ms nan"}) EXPECT_EQ(run(kQuick + std::string(option)).exit_code, 2) << option;
     const Outcome r = run(std::string(kQuick) + "--method magic");
     EXPECT_EQ(r.exit_code, 2);
     EXPECT_NE(r.err.find("scaled_bins"), std::string::npos) << r.err;

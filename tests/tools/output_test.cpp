@@ -58,6 +58,15 @@ TEST_F(Output, WhatCannotBeWrittenIsSaidBeforeTheWork) {
     const auto r = fovea("tradeoff classify " + file("no-such-recording.csv") + " --html " + file("no/such/folder/r.html"));
     EXPECT_EQ(r.exit_code, 1) << "and not 3: nothing was read yet";
     EXPECT_THAT(r.err, HasSubstr("no/such/folder"));
+    for (const std::string command : {"extrapolation --scene rotation --size 32 --repeat 1 --html ", "foveation --scene fragbox --method scaled_bins --size 64 --frames 1 --html ",
+                                      "pupil --side 64 --count 1 --csv "}) {
+        const auto early = fovea("tradeoff " + command + file("no/such/folder/r"));
+        EXPECT_EQ(early.exit_code, 1) << command;
+        EXPECT_THAT(early.err, HasSubstr("no/such/folder"));
+        EXPECT_EQ(early.out, "") << "nothing was judged yet";
+    }
+    const std::string one = file("one.html");
+    EXPECT_THAT(fovea("tradeoff extrapolation --scene rotation --size 32 --repeat 1 --html " + one + " --csv " + one).err, HasSubstr("two outputs would be one file"));
     const auto aimless = fovea("tradeoff predict " + kVive + " --toml " + file("picked.toml"));
     EXPECT_EQ(aimless.exit_code, 2);
     EXPECT_THAT(aimless.err, HasSubstr("--budget-us"));
@@ -66,7 +75,9 @@ TEST_F(Output, WhatCannotBeWrittenIsSaidBeforeTheWork) {
 TEST_F(Output, NotANumberIsInNoRange) {
     for (const std::string& command : {"predict " + kVive + " --csv - --horizon-ms nan", "convert " + kVive + " " + file("a.csv") + " --start nan",
                                        "synth " + kScenario + " " + file("s.fovea") + " --duration-s nan", std::string("record x --duration nan"),
-                                       std::string("top --interval -nan")})
+                                       std::string("top --interval -nan"), std::string("tradeoff extrapolation --speed nan"), std::string("tradeoff foveation --budget-ms nan"),
+                                       std::string("tradeoff pupil --budget-us nan"), std::string("scene explain circuit --budget-ms nan"),
+                                       std::string("layer run --auto --fov nan -- true")})
         EXPECT_EQ(fovea(command).exit_code, 2) << command;
 }
 
