@@ -4,7 +4,7 @@
 
 #include <utility>
 
-#include "daemon/service/signals_blocked.hpp"
+#include "protocol/signals_blocked.hpp"
 
 namespace fovea {
 namespace {
@@ -81,7 +81,7 @@ Result<void> Recording::start(const std::filesystem::path& path, const drivers::
     options.info.nominal_rate_hz = device.nominal_rate_hz;
     options.meta = {{"driver", device.driver}, {"fovea_version", FOVEA_VERSION}, {"config", service::print_config(config)}};
     options.from_oldest = from_oldest;
-    const service::SignalsBlocked for_its_threads;
+    const SignalsBlocked for_its_threads;
     Result<replay::Recorder> recorder = replay::Recorder::start(free, std::move(*ring), options);
     if (!recorder) return std::unexpected(recorder.error());
     recorder_.emplace(std::move(*recorder));

@@ -4,8 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <iterator>
+
+#include "tools/html_text.hpp"
 
 namespace fovea::tools {
 
@@ -16,37 +17,6 @@ using replay::Stage;
 
 // Okabe and Ito's palette, which colour-blind readers can tell apart; one colour per stage.
 constexpr const char* kStageColor[] = {"#0072B2", "#56B4E9", "#CC79A7", "#F0E442", "#E69F00", "#D55E00", "#009E73"};
-
-std::string escape(const std::string& text) {
-    std::string out;
-    for (char c : text) {
-        switch (c) {
-            case '&': out += "&amp;"; break;
-            case '<': out += "&lt;"; break;
-            case '>': out += "&gt;"; break;
-            case '"': out += "&quot;"; break;
-            default: out += c;
-        }
-    }
-    return out;
-}
-
-std::string base64(const std::string& bytes) {
-    static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string out;
-    out.reserve((bytes.size() + 2) / 3 * 4);
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        const auto byte = [&](std::size_t k) -> std::uint32_t {
-            return k < bytes.size() ? static_cast<unsigned char>(bytes[k]) : 0u;
-        };
-        const std::uint32_t v = byte(i) << 16 | byte(i + 1) << 8 | byte(i + 2);
-        out += kDigits[v >> 18];
-        out += kDigits[(v >> 12) & 63];
-        out += i + 1 < bytes.size() ? kDigits[(v >> 6) & 63] : '=';
-        out += i + 2 < bytes.size() ? kDigits[v & 63] : '=';
-    }
-    return out;
-}
 
 // The step of an axis that divides `range` into about `parts`: 1, 2, 2.5 or 5 times a power of ten.
 double round_step(double range, double parts) {
@@ -143,7 +113,7 @@ std::string stage_table(const replay::LatencyReport& report) {
         const std::string swatch =
             total ? std::string{} : fmt::format("<span class='swatch' style='background:{}'></span>", kStageColor[k]);
         s += fmt::format("<tr{}><td>{}{}</td><td class='why'>{}</td><td>{:.3f}</td><td>{:.3f}</td><td>{:.3f}</td><td>{:.3f}</td></tr>",
-                         total ? " class='total'" : "", swatch, escape(to_string(static_cast<Stage>(k))),
+                         total ? " class='total'" : "", swatch, escaped(to_string(static_cast<Stage>(k))),
                          explain(static_cast<Stage>(k)), p.p50, p.p95, p.p99, p.max);
     }
     return s + "</tbody></table>";
@@ -176,7 +146,7 @@ svg{width:100%;height:auto;background:var(--card);border:1px solid var(--line)}s
 )css";
 
 std::string tile(const std::string& value, const std::string& label) {
-    return fmt::format("<div class='tile'><b>{}</b><span class='soft'>{}</span></div>", escape(value), escape(label));
+    return fmt::format("<div class='tile'><b>{}</b><span class='soft'>{}</span></div>", escaped(value), escaped(label));
 }
 
 double percent(double part, double whole) { return whole > 0 ? 100 * part / whole : 0; }
@@ -200,8 +170,8 @@ std::string kind_table(const replay::LatencyReport& r) {
 std::string latency_html(const replay::LatencyReport& r, const ReportPage& page) {
     std::string s = "<!doctype html><html lang='en'><head><meta charset='utf-8'>"
                     "<meta name='viewport' content='width=device-width,initial-scale=1'>";
-    s += fmt::format("<title>Fovea: {}</title><style>{}</style></head><body><main>", escape(page.title), kStyle);
-    s += fmt::format("<h1>Motion to photon</h1><p class='soft'>{}</p>", escape(page.title));
+    s += fmt::format("<title>Fovea: {}</title><style>{}</style></head><body><main>", escaped(page.title), kStyle);
+    s += fmt::format("<h1>Motion to photon</h1><p class='soft'>{}</p>", escaped(page.title));
     s += "<div class='tiles'>";
     s += tile(fmt::format("{:.1f} ms", r.stage_ms[kStageCount - 1].p50), "motion to photon, median");
     s += tile(fmt::format("{:.1f} ms", r.stage_ms[kStageCount - 1].p99), "motion to photon, p99");
@@ -238,7 +208,7 @@ std::string latency_html(const replay::LatencyReport& r, const ReportPage& page)
     }
     if (!page.facts.empty()) {
         s += "<h2>What was run</h2><table class='facts'><tbody>";
-        for (const auto& [key, value] : page.facts) s += fmt::format("<tr><td>{}</td><td>{}</td></tr>", escape(key), escape(value));
+        for (const auto& [key, value] : page.facts) s += fmt::format("<tr><td>{}</td><td>{}</td></tr>", escaped(key), escaped(value));
         s += "</tbody></table>";
     }
     return s + "</main></body></html>\n";

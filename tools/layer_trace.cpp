@@ -11,6 +11,7 @@
 #include <nlohmann/json.hpp>
 
 #include "render/gl/png.hpp"
+#include "tools/html_text.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -20,26 +21,9 @@ using nlohmann::json;
 // Levels from full density to a quarter and below; Okabe and Ito's palette.
 constexpr const char* kLevelColor[] = {"#0072B2", "#56B4E9", "#F0E442", "#E69F00"};
 
-std::string escape(const std::string& text) {
-    std::string out;
-    for (const char c : text) out += c == '&' ? "&amp;" : c == '<' ? "&lt;" : c == '>' ? "&gt;" : c == '"' ? "&quot;" : std::string(1, c);
-    return out;
-}
-
 std::string file_bytes(const std::filesystem::path& path) {
     std::ifstream in(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
-}
-
-std::string base64(const std::string& bytes) {
-    static constexpr char kDigits[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string out;
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        std::uint32_t v = 0;
-        for (std::size_t k = 0; k < 3; ++k) v = v << 8 | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
-        for (std::size_t k = 0; k < 4; ++k) out += i + k <= bytes.size() ? kDigits[v >> (18 - 6 * k) & 63] : '=';
-    }
-    return out;
 }
 
 // A picture of the layer as <img>; empty when it cannot be read.
@@ -88,13 +72,13 @@ std::string submission_html(const std::filesystem::path& folder, const json& s, 
     const int number = s.value("submission", 0);
     std::string target = s.value("framebuffer", 0) == 0 ? "the window" : fmt::format("framebuffer {}", s.value("framebuffer", 0));
     if (s.value("view", 0) > 0) target += fmt::format(", view {}", s.value("view", 0));
-    std::string html = fmt::format("<h3>Submission {}: {}, {} × {}, by {}</h3>", number, target, s.value("width", 0), s.value("height", 0), escape(s.value("cause", "")));
-    if (!s.contains("levels")) return html + fmt::format("<p>At full density because of <code>{}</code>.</p>", escape(s.value("full_density", "")));
+    std::string html = fmt::format("<h3>Submission {}: {}, {} × {}, by {}</h3>", number, target, s.value("width", 0), s.value("height", 0), escaped(s.value("cause", "")));
+    if (!s.contains("levels")) return html + fmt::format("<p>At full density because of <code>{}</code>.</p>", escaped(s.value("full_density", "")));
     std::uint64_t drawn = 0;
     for (const json& t : s["texels"]) drawn += t.get<std::uint64_t>();
     const double full = s.value("width", 1) * 1.0 * s.value("height", 1);
     html += fmt::format("<p>{:.1f} % of the pixels (texels per level, with their guard rings: {}). Minimum density {}. Points (x, y, gain x, gain y, area): <code>{}</code>{}</p><div class='row'>",
-                        100 * static_cast<double>(drawn) / full, escape(s["texels"].dump()), s["min_density"].dump(), escape(s["points"].dump()),
+                        100 * static_cast<double>(drawn) / full, escaped(s["texels"].dump()), s["min_density"].dump(), escaped(s["points"].dump()),
                         s.value("live", false) ? ", from a live fovead" : "");
     html += plan_svg(s);
     for (const char* which : {"before", "after"})
@@ -128,12 +112,12 @@ Result<std::string> layer_trace_page(const std::string& folder, const std::strin
     }
     if (calls.empty() && submissions.empty())
         return fail("nothing was traced", command, "the program made no OpenGL ES 3.1 context, or never foveates: --auto does it for the program");
-    std::string html = std::string(kHead) + "<h1>What the layer did: <code>" + escape(command) + "</code></h1>";
+    std::string html = std::string(kHead) + "<h1>What the layer did: <code>" + escaped(command) + "</code></h1>";
     const auto table = [&html](const std::vector<json>& list) {
         constexpr std::size_t kMost = 40;
         html += "<table><tr><th>call<th>arguments</tr>";
         for (std::size_t i = 0; i < std::min(list.size(), kMost); ++i)
-            html += "<tr><td><code>" + escape(list[i].value("call", "")) + "</code><td>" + escape(list[i]["arguments"].dump()) + "</tr>";
+            html += "<tr><td><code>" + escaped(list[i].value("call", "")) + "</code><td>" + escaped(list[i]["arguments"].dump()) + "</tr>";
         html += "</table>";
         if (list.size() > kMost) html += fmt::format("<p>… and {} more.</p>", list.size() - kMost);
     };

@@ -8,24 +8,14 @@
 
 #include <nlohmann/json.hpp>
 
+#include "tools/html_text.hpp"
+
 namespace fovea::tools {
 namespace {
 
 std::string number(double v) {
     if (!std::isfinite(v)) return "-";
     return fmt::format("{:.{}f}", v, std::fabs(v) >= 100 ? 0 : std::fabs(v) >= 10 ? 1 : std::fabs(v) >= 1 ? 2 : 3);
-}
-
-std::string escaped(const std::string& s) {
-    std::string out;
-    for (const char c : s) {
-        if (c == '<') out += "&lt;";
-        else if (c == '&') out += "&amp;";
-        else if (c == '"') out += "&quot;";
-        else if (c == '\'') out += "&#39;";
-        else out += c;
-    }
-    return out;
 }
 
 // Readable on white and on near-black.

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "daemon/service/signals_blocked.hpp"
+#include "protocol/signals_blocked.hpp"
 
 namespace fovea::service {
 namespace {

@@ -1,8 +1,6 @@
 #include "protocol/client/client.hpp"
 
 #include <poll.h>
-#include <pthread.h>
-#include <signal.h>
 #include <sys/eventfd.h>
 
 #include <algorithm>
@@ -10,6 +8,8 @@
 #include <cerrno>
 #include <cstring>
 #include <new>
+
+#include "protocol/signals_blocked.hpp"
 
 namespace fovea::client {
 namespace {
@@ -22,22 +22,6 @@ ConnectFailure system_failure(const char* what, int code) {
     f.fault = ConnectFault::system;
     return f;
 }
-
-// An app's signal handlers must never run on our thread.
-class SignalsBlocked {
-public:
-    SignalsBlocked() {
-        sigset_t all;
-        sigfillset(&all);
-        pthread_sigmask(SIG_SETMASK, &all, &before_);
-    }
-    ~SignalsBlocked() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
-    SignalsBlocked(const SignalsBlocked&) = delete;
-    SignalsBlocked& operator=(const SignalsBlocked&) = delete;
-
-private:
-    sigset_t before_;
-};
 
 }  // namespace
 

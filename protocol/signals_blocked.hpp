@@ -1,12 +1,12 @@
-// A thread that is started while this object lives receives no signals: they are the service thread's, and no device's
-// wait is interrupted by them.
+// A thread that is started while this object lives receives no signals: they are for the threads that were there before
+// (the daemon's service thread, an app's own), no handler runs on it and no wait of its is interrupted.
 //
 // Threads: one owner, on the thread that starts others.
 #pragma once
 
 #include <csignal>
 
-namespace fovea::service {
+namespace fovea {
 
 class SignalsBlocked {
 public:
@@ -23,4 +23,4 @@ private:
     sigset_t before_;
 };
 
-}  // namespace fovea::service
+}  // namespace fovea
