@@ -1,6 +1,10 @@
 // GL_OVR_multiview and multiview2 on a driver without them, in a program of its own.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <filesystem>
+#include <regex>
+
 #include "tests/layer/shell.hpp"
 
 using namespace fovea::layer_test;
@@ -58,4 +62,40 @@ TEST(Multiview, ThePassesOfArmsSampleLeaveNoHoles) {
               "view 3: 88 of 100 drawn, middle 1, corner 0\n"
               "eye 0: 0 holes\n"
               "eye 1: 0 holes\n");
+}
+
+// Arm's own code from a checkout (docs/layer.md): tutorials Multiview and FoveatedRendering, each a program of four views.
+namespace {
+std::string without_first_line(const std::string& text) { return text.substr(std::min(text.find('\n') + 1, text.size())); }
+}  // namespace
+
+TEST(Multiview, ArmsSampleOfFourViewsRuns) {
+    if (!std::filesystem::exists(kBin + "/layer_arm_multiview"))
+        GTEST_SKIP() << "no checkout of Arm's OpenGL ES SDK was named: cmake --preset release -DFOVEA_ARM_SDK=PATH (docs/layer.md)";
+    const Ran ran = shell(kLayer + "-- " + kBin + "/layer_arm_multiview");
+    EXPECT_EQ(ran.exit_code, 0);
+    EXPECT_EQ(ran.out,
+              "view 0: 13 of 100 drawn, middle 1, corner 0, edges antialiased 0\n"
+              "view 1: 13 of 100 drawn, middle 1, corner 0, edges antialiased 0\n"
+              "view 2: 39 of 100 drawn, middle 1, corner 0, edges antialiased 0\n"
+              "view 3: 39 of 100 drawn, middle 1, corner 0, edges antialiased 0\n"
+              "eye 0: 0 holes, put together of both within 3 of 255, both views alike within 0 of 255 on the mean\n"
+              "eye 1: 0 holes, put together of both within 3 of 255, both views alike within 0 of 255 on the mean\n"
+              "moves: 1, GL error 0000\n");
+}
+
+// How far the two views of an eye are alike depends on the textures, which a checkout may have or not.
+TEST(Multiview, ArmsSampleOfFoveatedRenderingRuns) {
+    if (!std::filesystem::exists(kBin + "/layer_arm_foveated"))
+        GTEST_SKIP() << "no checkout of Arm's OpenGL ES SDK was named: cmake --preset release -DFOVEA_ARM_SDK=PATH (docs/layer.md)";
+    const Ran ran = shell(kLayer + "-- " + kBin + "/layer_arm_foveated");
+    EXPECT_EQ(ran.exit_code, 0);
+    EXPECT_EQ(std::regex_replace(without_first_line(ran.out), std::regex(", both views alike[^\n]*"), ""),
+              "view 0: 94 of 100 drawn, middle 0, corner 1, edges antialiased 0\n"
+              "view 1: 94 of 100 drawn, middle 0, corner 1, edges antialiased 0\n"
+              "view 2: 88 of 100 drawn, middle 1, corner 0, edges antialiased 0\n"
+              "view 3: 88 of 100 drawn, middle 1, corner 0, edges antialiased 0\n"
+              "eye 0: 0 holes, put together of both within 3 of 255\n"
+              "eye 1: 0 holes, put together of both within 3 of 255\n"
+              "moves: 1, GL error 0000\n");
 }
