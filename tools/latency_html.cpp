@@ -6,6 +6,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "tools/axis_ticks.hpp"
 #include "tools/html_text.hpp"
 
 namespace fovea::tools {
@@ -17,15 +18,6 @@ using replay::Stage;
 
 // Okabe and Ito's palette, which colour-blind readers can tell apart; one colour per stage.
 constexpr const char* kStageColor[] = {"#0072B2", "#56B4E9", "#CC79A7", "#F0E442", "#E69F00", "#D55E00", "#009E73"};
-
-// The step of an axis that divides `range` into about `parts`: 1, 2, 2.5 or 5 times a power of ten.
-double round_step(double range, double parts) {
-    const double raw = std::max(range, 1e-9) / parts;
-    const double power = std::pow(10, std::floor(std::log10(raw)));
-    for (double m : {1.0, 2.0, 2.5, 5.0})
-        if (m * power >= raw * 0.999) return m * power;
-    return 10 * power;
-}
 
 // Where an axis ends that has to show `highest`: on a step of its grid.
 double axis_end(double highest) {

@@ -30,7 +30,7 @@ int report(const Error& error, int code) {
     return code;
 }
 
-int run(const Options& o, const char* subject, TradeoffResult (*judge)(const TradeoffRequest&)) {
+int run(const Options& o, const char* title, TradeoffResult (*judge)(const TradeoffRequest&)) {
     const double budget = o.budget_ns >= 0 ? o.budget_ns : o.budget_us * 1e3;
     if (!o.toml.empty() && budget < 0) return report({"--toml writes what is picked within a budget, and there is none", o.toml, "say --budget-us or --budget-ns too"}, kUsage);
     auto outputs = Outputs::open({o.csv, o.html, o.toml});
@@ -56,7 +56,7 @@ int run(const Options& o, const char* subject, TradeoffResult (*judge)(const Tra
     for (const auto& t : result.tables) csv += to_csv(t);
     if (auto ok = outputs->put(o.csv, csv); !ok) return report(ok.error(), kFailed);
     if (!o.html.empty())
-        if (auto ok = outputs->put(o.html, to_html(fmt::format("Fovea: {} against cost", subject), result.tables, result.plots)); !ok)
+        if (auto ok = outputs->put(o.html, to_html(title, result.tables, result.plots)); !ok)
             return report(ok.error(), kFailed);
     if (budget >= 0) {
         const TradeoffRow* best = best_within(result.tables.front(), budget);
@@ -68,7 +68,7 @@ int run(const Options& o, const char* subject, TradeoffResult (*judge)(const Tra
     return kSuccess;
 }
 
-void add_subject(CLI::App& parent, int* exit_code, const char* name, const char* text, bool budget,
+void add_subject(CLI::App& parent, int* exit_code, const char* name, const char* title, const char* text, bool budget,
                  TradeoffResult (*judge)(const TradeoffRequest&)) {
     auto o = std::make_shared<Options>();
     auto* c = parent.add_subcommand(name, text);
@@ -86,7 +86,7 @@ void add_subject(CLI::App& parent, int* exit_code, const char* name, const char*
     c->footer("The protocol: docs/pipeline.md. A * marks what no other method beats in both cost and error.\n"
               "Example: fovea tradeoff " + std::string(name) + " tests/data/recordings\n"
               "Exit codes: 0 judged, 1 cannot write or nothing within the budget, 2 wrong usage, 3 no usable recording.");
-    c->callback([o, exit_code, name, judge] { *exit_code = run(*o, name, judge); });
+    c->callback([o, exit_code, title, judge] { *exit_code = run(*o, title, judge); });
 }
 
 }  // namespace
@@ -97,10 +97,10 @@ void add_tradeoff_foveation(CLI::App& parent, int* exit_code);
 void add_tradeoff(CLI::App& app, int* exit_code) {
     auto* c = app.add_subcommand("tradeoff", "What accuracy costs: error and time of each method, in one run");
     c->require_subcommand(1);
-    add_subject(*c, exit_code, "predict", "Predictors: error per class of movement and horizon, and nanoseconds per sample", true, judge_predictors);
-    add_subject(*c, exit_code, "filter", "Filters: jitter, lag and error, and nanoseconds per sample", true, judge_filters);
-    add_subject(*c, exit_code, "classify", "Classifier settings: agreement with the recordings' labels, and delay", true, judge_classifiers);
-    add_subject(*c, exit_code, "fovea", "Share of frames whose eye lies outside the sharp region, against its area", false, judge_foveas);
+    add_subject(*c, exit_code, "predict", "Fovea: predictors, error against cost", "Predictors: error per class of movement and horizon, and nanoseconds per sample", true, judge_predictors);
+    add_subject(*c, exit_code, "filter", "Fovea: filters, error against cost", "Filters: jitter, lag and error, and nanoseconds per sample", true, judge_filters);
+    add_subject(*c, exit_code, "classify", "Fovea: classifier settings, agreement against cost", "Classifier settings: agreement with the recordings' labels, and delay", true, judge_classifiers);
+    add_subject(*c, exit_code, "fovea", "Fovea: frames that miss the eye against the sharp region's area", "Share of frames whose eye lies outside the sharp region, against its area", false, judge_foveas);
     add_tradeoff_pupil(*c, exit_code);
     add_tradeoff_extrapolation(*c, exit_code);
     add_tradeoff_foveation(*c, exit_code);

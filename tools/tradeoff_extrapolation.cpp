@@ -9,11 +9,13 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "tools/axis_ticks.hpp"
 #include "tools/commands.hpp"
 #include "tools/embedded_png.hpp"
 #include "tools/extrapolation_methods.hpp"
 #include "tools/image_quality.hpp"
 #include "tools/outputs.hpp"
+#include "tools/tradeoff_report.hpp"
 #include "tools/within.hpp"
 
 namespace fovea::tools {
@@ -134,12 +136,11 @@ std::string plot(const std::vector<Row>& rows) {
     const double log_low = std::log10(low_ms) - 0.1, log_high = std::log10(std::max(high_ms, 2 * low_ms)) + 0.35;
     const auto x = [&](double ms) { return kLeft + (std::log10(std::max(ms, 0.1)) - log_low) / (log_high - log_low) * (kWidth - kLeft - 10); };
     const auto y = [&](double db) { return kHeight - kBottom - (db - low_db + 1) / (high_db - low_db + 2) * (kHeight - kBottom - 10); };
-    std::string s = fmt::format("<svg viewBox='0 0 {0} {1}' width='{0}' font-family='sans-serif' font-size='12'>", kWidth, kHeight);
-    for (double db = std::ceil(low_db / 5) * 5; db <= high_db; db += 5)
-        s += fmt::format("<line x1='{0}' x2='{1}' y1='{2:.1f}' y2='{2:.1f}' stroke='#ddd'/><text x='{3}' y='{4:.1f}' text-anchor='end'>{5:.0f}</text>", kLeft, kWidth - 10, y(db), kLeft - 5, y(db) + 4, db);
-    for (const double ms : {0.1, 1.0, 10.0, 100.0, 1000.0})
-        if (std::log10(ms) > log_low && std::log10(ms) < log_high)
-            s += fmt::format("<line x1='{0:.1f}' x2='{0:.1f}' y1='10' y2='{1}' stroke='#ddd'/><text x='{0:.1f}' y='{2}' text-anchor='middle'>{3:g}</text>", x(ms), kHeight - kBottom, kHeight - kBottom + 16, ms);
+    std::string s = fmt::format("<svg viewBox='0 0 {0} {1}' width='{0}' font-family='sans-serif' font-size='12' fill='currentColor'>", kWidth, kHeight);
+    for (const double db : axis_ticks(low_db - 1, high_db + 1, false))
+        s += fmt::format("<line x1='{0}' x2='{1}' y1='{2:.1f}' y2='{2:.1f}' stroke='var(--line)'/><text x='{3}' y='{4:.1f}' text-anchor='end'>{5:g}</text>", kLeft, kWidth - 10, y(db), kLeft - 5, y(db) + 4, db);
+    for (const double ms : axis_ticks(std::pow(10, log_low), std::pow(10, log_high), true))
+        s += fmt::format("<line x1='{0:.1f}' x2='{0:.1f}' y1='10' y2='{1}' stroke='var(--line)'/><text x='{0:.1f}' y='{2}' text-anchor='middle'>{3:g}</text>", x(ms), kHeight - kBottom, kHeight - kBottom + 16, ms);
     std::vector<const Row*> frontier;
     for (const Row& r : rows)
         if (r.frontier) frontier.push_back(&r);
@@ -147,9 +148,10 @@ std::string plot(const std::vector<Row>& rows) {
     s += "<polyline fill='none' stroke='#2f855a' points='";
     for (const Row* r : frontier) s += fmt::format("{:.1f},{:.1f} ", x(r->mean.ms), y(r->mean.psnr_db));
     s += "'/>";
-    // Names that would lie on one another step down.
+    // Names that would lie on one another, or on another's mark, step down.
     constexpr double kCharacter = 7, kLine = 13;
     std::vector<std::array<double, 3>> taken;   // left, right, base line
+    for (const Row& r : rows) taken.push_back({x(r.mean.ms) - 5, x(r.mean.ms) + 5, y(r.mean.psnr_db) + 4});
     for (const Row& r : rows) {
         const double left = x(r.mean.ms) + 7, right = left + kCharacter * static_cast<double>(r.method.size());
         double base = y(r.mean.psnr_db) + 4;
@@ -161,19 +163,18 @@ std::string plot(const std::vector<Row>& rows) {
 }
 
 std::string to_html(const std::vector<Row>& rows, const std::vector<Case>& cases, const std::vector<Crop>& crops, const Options& o) {
-    std::string s = fmt::format("<!doctype html><html lang='en'><meta charset='utf-8'><title>Fovea: frame extrapolation, error against time</title>\n"
-                                "<style>body{{font-family:sans-serif;margin:2em}}td,th{{padding:2px 8px;text-align:right}}td:first-child,th:first-child{{text-align:left}}figure{{display:inline-block;margin:4px}}figcaption{{font-size:12px}}.f{{font-weight:bold}}</style>\n"
-                                "<h1>Frame extrapolation: error against time</h1><p>{0}x{0} RGBA8, factor {1:g}; mean PSNR over {2} case{3} against the frame rendered at that time; grey: baselines; the green line joins what nothing beats in both.</p>\n", o.size_px, o.factor, cases.size(), cases.size() == 1 ? "" : "s");
-    s += plot(rows) + "<table><tr><th>method<th>ms<th>PSNR<th>SSIM";
+    std::string s = page_head("Fovea: frame extrapolation, error against time");
+    s += fmt::format("<p>{0}x{0} RGBA8, factor {1:g}; mean PSNR over {2} case{3} against the frame rendered at that time. Grey: baselines; green: on the Pareto frontier, which the line joins.</p>\n", o.size_px, o.factor, cases.size(), cases.size() == 1 ? "" : "s");
+    s += plot(rows) + "<div class='wide'><table><tr><th>method<th>ms<th>PSNR<th>SSIM";
     for (const Case& c : cases) s += "<th>" + case_name(c);
     for (const Row& r : rows) {
-        s += fmt::format("\n<tr{}><td>{}<td>{:.1f}<td>{:.2f}<td>{:.4f}", r.frontier ? " class='f'" : "", r.method, r.mean.ms, r.mean.psnr_db, r.mean.ssim);
+        s += fmt::format("\n<tr{}><td>{}<td>{:.1f}<td>{:.2f}<td>{:.4f}", r.frontier ? " class='frontier'" : "", r.method, r.mean.ms, r.mean.psnr_db, r.mean.ssim);
         for (const Score& c : r.scores) s += fmt::format("<td>{:.2f}", c.psnr_db);
     }
-    s += "</table>\n<h2>Where repeating the last frame is most wrong</h2>\n";
+    s += "</table></div>\n<h2>Where repeating the last frame is most wrong</h2>\n";
     std::string scene;
     for (const Crop& c : crops) {
-        if (c.scene != scene) s += fmt::format("{}<h3>{}</h3>\n", scene.empty() ? "" : "", c.scene);
+        if (c.scene != scene) s += fmt::format("<h3>{}</h3>\n", c.scene);
         scene = c.scene;
         s += fmt::format("<figure><img alt='{0}: {1}' src='{2}'><figcaption>{1}{3}</figcaption></figure>\n", c.scene, c.method, c.png, c.psnr_db > 0 ? fmt::format(", {:.1f} dB", c.psnr_db) : "");
     }

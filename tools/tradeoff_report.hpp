@@ -46,7 +46,10 @@ void mark_frontier(TradeoffTable& table);
 [[nodiscard]] std::string to_text(const TradeoffTable& table);
 [[nodiscard]] std::string to_csv(const TradeoffTable& table);
 [[nodiscard]] std::string to_json(const std::vector<TradeoffTable>& tables);
-// Readable on a dark and on a light screen; needs nothing from elsewhere.
+// How each tradeoff's page begins: to the end of its heading. Readable on a dark and on a light screen; a table goes into a
+// <div class='wide'>, a row of the frontier is of the class "frontier".
+[[nodiscard]] std::string page_head(const std::string& title);
+// A whole page; it needs nothing from elsewhere.
 [[nodiscard]] std::string to_html(const std::string& title, const std::vector<TradeoffTable>& tables,
                                   const std::vector<TradeoffPlot>& plots);
 // Cost against error, the frontier joined.
