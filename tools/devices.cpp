@@ -119,12 +119,12 @@ void add_devices(CLI::App& app, int* exit_code) {
     auto options = std::make_shared<Options>();
     command->add_option("driver", options->driver, "Only this driver's devices, e.g. hid");
     command->add_flag("--dump", options->dump, "Also print report descriptors, endpoints or formats in words");
-    command->add_flag("--watch", options->watch, "Open DRIVER's device and print its samples, one line each");
-    command->add_option("--count", options->count, "With --watch: stop after so many samples")->check(CLI::PositiveNumber);
+    auto* watching = command->add_flag("--watch", options->watch, "Open DRIVER's device and print its samples, one line each");
+    command->add_option("--count", options->count, "With --watch: stop after so many samples")->needs(watching)->check(CLI::PositiveNumber);
     command->add_option("--patience", options->patience_s,
                         "With --watch: give up after so many seconds without a sample (0: never)")
-        ->check(within(0.0, 3600.0));
-    command->add_option("--set", options->settings, "With --watch: KEY=VALUE of the driver, as under [source]");
+        ->needs(watching)->check(within(0.0, 3600.0));
+    command->add_option("--set", options->settings, "With --watch: KEY=VALUE of the driver, as under [source]")->needs(watching);
     command->footer("Exit codes: 0 when a usable device was found (or watched to the end), 1 when not, 2 wrong usage.");
     command->callback([options, exit_code] {
         if (!options->watch) {

@@ -177,23 +177,21 @@ std::string per_frame_csv(const LatencyReport& r) {
     return s;
 }
 
-Result<std::string> read_file(const std::string& path) {
+Result<std::string> read_png(const std::string& path) {
+    constexpr std::string_view kSignature = "\x89PNG\r\n\x1a\n";
     if (path.empty()) return std::string{};
     std::ifstream in(path, std::ios::binary);
     if (!in) return fail("cannot read the picture", path, "give a PNG file, or leave the option out");
     std::ostringstream text;
     text << in.rdbuf();
+    if (!text.str().starts_with(kSignature)) return fail("this picture is no PNG", path, "give a PNG file, or leave the option out");
     return text.str();
 }
 
-Result<void> write_outputs(const LatencyToolOptions& o, const Loaded& l, const LatencyReport& r) {
+Result<void> write_outputs(const LatencyToolOptions& o, const Loaded& l, const LatencyReport& r, ReportPage page) {
     if (!o.csv.empty())
         if (auto done = replay::write_file(o.csv, per_frame_csv(r)); !done) return done;
     if (o.html.empty()) return {};
-    auto frame = read_file(o.frame_png), levels = read_file(o.levels_png);
-    if (!frame) return std::unexpected(frame.error());
-    if (!levels) return std::unexpected(levels.error());
-    ReportPage page{std::filesystem::path(o.session).filename().string(), {}, std::move(*frame), std::move(*levels)};
     for (const auto& [key, value] : l.meta) page.facts.emplace_back(key, value);
     for (const auto& c : l.counters) page.facts.emplace_back(c.name, fmt::format("{}", c.value));
     return replay::write_file(o.html, latency_html(r, page));
@@ -204,11 +202,14 @@ int run(const LatencyToolOptions& o) {
         fmt::print(stderr, "fovea latency: {}\n", e.message());
         return code;
     };
+    auto frame = read_png(o.frame_png), levels = read_png(o.levels_png);
+    if (!frame) return refuse(frame.error(), kBadInput);
+    if (!levels) return refuse(levels.error(), kBadInput);
     auto loaded = load(o);
     if (!loaded) return refuse(loaded.error(), kBadInput);
     const LatencyReport report = replay::analyse_latency(loaded->frames, loaded->samples);
     o.json ? print_json(*loaded, report) : print_text(*loaded, report);
-    if (auto done = write_outputs(o, *loaded, report); !done) return refuse(done.error(), kFailed);
+    if (auto done = write_outputs(o, *loaded, report, {std::filesystem::path(o.session).filename().string(), {}, std::move(*frame), std::move(*levels)}); !done) return refuse(done.error(), kFailed);
     return kSuccess;
 }
 
@@ -218,9 +219,9 @@ void add_latency(CLI::App& app, int* exit_code) {
     auto o = std::make_shared<LatencyToolOptions>();
     auto* cmd = app.add_subcommand("latency", "Motion-to-photon latency and foveal misses of a recorded session");
     cmd->add_option("SESSION", o->session, "a .fovea session file in which a renderer reported frames")->required();
-    cmd->add_option("--html", o->html, "also write a self-contained page with charts");
-    cmd->add_option("--frame", o->frame_png, "PNG of a frame to show on the page");
-    cmd->add_option("--levels", o->levels_png, "PNG of that frame's foveation levels to show on the page");
+    auto* html = cmd->add_option("--html", o->html, "also write a self-contained page with charts");
+    cmd->add_option("--frame", o->frame_png, "PNG of a frame to show on the page")->needs(html);
+    cmd->add_option("--levels", o->levels_png, "PNG of that frame's foveation levels to show on the page")->needs(html);
     cmd->add_option("--csv", o->csv, "also write one row per frame");
     cmd->add_option("--client", o->client, "which client's frames (default: the one with the most)")->check(CLI::PositiveNumber);
     cmd->add_flag("--json", o->json, "print JSON instead of text");

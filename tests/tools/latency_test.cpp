@@ -111,6 +111,23 @@ TEST_F(LatencyCommand, SaysWhatIsWrongWithItsInputAndWhatToDo) {
     EXPECT_EQ(fovea("latency").exit_code, 2);
 }
 
+TEST_F(LatencyCommand, PicturesArePngsAndBelongOnAPage) {
+    write_session(file("s.fovea"), 5);
+    { std::ofstream(file("no.png")) << "not a picture"; }
+    for (const char* option : {" --frame ", " --levels "}) {
+        const auto alone = fovea("latency " + file("s.fovea") + option + file("no.png"));
+        EXPECT_EQ(alone.exit_code, 2);
+        EXPECT_THAT(alone.err, HasSubstr("--html"));
+        for (const char* bad : {"no.png", "none.png"}) {
+            const auto r = fovea("latency " + file("s.fovea") + option + file(bad) + " --html " + file("r.html") + " --csv " + file("r.csv"));
+            EXPECT_EQ(r.exit_code, 3);
+            EXPECT_THAT(r.err, HasSubstr(bad));
+            EXPECT_FALSE(std::filesystem::exists(file("r.html")));
+            EXPECT_FALSE(std::filesystem::exists(file("r.csv"))) << "nothing is written before all is known to be there";
+        }
+    }
+}
+
 TEST_F(LatencyCommand, ThePageOfALongSessionStaysSmall) {
     write_session(file("s.fovea"), 5000);
     ASSERT_EQ(fovea("latency " + file("s.fovea") + " --html " + file("r.html")).exit_code, 0);
