@@ -16,7 +16,9 @@ namespace {
 
 using drivers::PollStatus;
 
-constexpr Duration kMaxSpan = std::chrono::hours(24 * 3653);
+// No time of a recording may lie further from its start, neither as recorded nor as played; and a loop ends before the
+// turns together take longer. So no sum of instants below leaves 64 bits, which hold 292 years.
+constexpr Duration kMaxSpan = std::chrono::hours(24 * 3653), kMaxLooped = 10 * kMaxSpan;
 constexpr unsigned long kTimerSlack_ns = 1000;
 
 class Player final : public drivers::Device {
@@ -69,9 +71,10 @@ public:
         }
         while (true) {
             if (next_ == recording_->samples.size()) {
-                if (!settings_.loop) return PollStatus::ended;
+                const Duration shift = loop_shift_ + loop_length_;
+                if (!settings_.loop || std::max(shift, played(shift)) > kMaxLooped) return PollStatus::ended;
                 next_ = 0;
-                loop_shift_ += loop_length_;
+                loop_shift_ = shift;
             }
             const GazeSample& sample = recording_->samples[next_].sample;
             const Instant received = on_our_clock(sample.received);
@@ -108,6 +111,14 @@ private:
             return fail("start_s and duration_s leave no sample of the recording", location_, "choose an earlier part");
         origin_ = samples.front().sample.received;
         Instant last = origin_, earliest = origin_;
+        Duration furthest{};
+        for (const RecordedSample& r : samples)
+            for (const Instant t : {r.sample.received, r.sample.exposed}) furthest = std::max(furthest, t < origin_ ? origin_ - t : t - origin_);
+        if (furthest > kMaxSpan)
+            return fail("the recording spans more than 10 years", location_, "cut it: `fovea convert --start --duration`");
+        if (static_cast<double>(furthest.count()) > static_cast<double>(kMaxSpan.count()) * stretch())
+            return fail("at this speed the recording would play for more than 10 years", location_,
+                        "raise source.speed, or play less of it with source.duration_s");
         std::vector<std::int64_t> steps;
         for (std::size_t i = 1; i < samples.size(); ++i) {
             const Instant t = samples[i].sample.received;
@@ -115,8 +126,6 @@ private:
             last = std::max(last, t);
             earliest = std::min(earliest, t);
         }
-        if (last - earliest > kMaxSpan)
-            return fail("the recording spans more than 10 years", location_, "cut it: `fovea convert --start --duration`");
         std::sort(steps.begin(), steps.end());
         // A turn of the loop takes the whole recording and one usual step, so that no two turns overlap.
         loop_length_ = last - earliest + Duration{steps.empty() ? 1'000'000 : steps[steps.size() / 2]};
@@ -126,10 +135,17 @@ private:
 
     // At speed 1 and max a constant integer offset; other speeds stretch time about the start.
     [[nodiscard]] Instant on_our_clock(Instant t) const noexcept {
-        const Duration since = t - origin_ + loop_shift_;
-        if (settings_.speed == 0 || settings_.speed == 1) return start_ + since;
-        return start_ + Duration{static_cast<std::int64_t>(
-                            std::llround(static_cast<double>(since.count()) / settings_.speed))};
+        return start_ + played(t - origin_ + loop_shift_);
+    }
+
+    // The factor between the file's time and ours.
+    [[nodiscard]] double stretch() const noexcept { return settings_.speed == 0 ? 1 : settings_.speed; }
+
+    // How long so much of the recording takes; the longest that 64 bits hold where it takes longer.
+    [[nodiscard]] Duration played(Duration recorded) const noexcept {
+        if (stretch() == 1) return recorded;
+        const double ns = static_cast<double>(recorded.count()) / stretch();
+        return ns < static_cast<double>(Duration::max().count()) ? Duration{std::llround(ns)} : Duration::max();
     }
 
     // False when wake() was called.

@@ -4,6 +4,8 @@
 // recording to the nanosecond (speed 1 and max; another speed stretches time). The first poll() after open() is the
 // start: its sample is due at once. A sample is delivered when it is due by its own arrival time (exposure + the transport
 // delay that the recording knows). Ids are 1, 2, 3 ... as for any source.
+// A recording whose times lie more than 10 years from its start, as recorded or as played, is refused by open(); a loop ends
+// when it has gone round for 100 years of either.
 // Settings ([source] of the config): the keys of player_row().
 // Cost: poll() allocates nothing, takes no lock, waits in ppoll (and asks for 1 us of timer slack on its thread).
 // Threads: as drivers::Device.

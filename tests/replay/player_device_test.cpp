@@ -202,6 +202,43 @@ TEST(Player, ARecordingOfCenturiesIsRefused) {
     EXPECT_THAT((*device)->open().error().message(), HasSubstr("10 years"));
 }
 
+constexpr std::int64_t kDay_ns = 86'400'000'000'000;
+
+TEST(Player, WhatWouldPlayForCenturiesIsRefused) {
+    const ManualTime time(kStart);
+    auto slow = make_player(recording_at({0, 107 * kDay_ns}), {.speed = 0.001}, "memory", time);
+    ASSERT_TRUE(slow);
+    const auto refused = (*slow)->open();
+    ASSERT_FALSE(refused) << "107 days are 293 years at a thousandth of the speed, which 64 bits of nanoseconds do not hold";
+    EXPECT_THAT(refused.error().message(), HasSubstr("speed"));
+    // An exposure far from every arrival counts as well.
+    Recording torn = recording_at({0, 1'000'000});
+    torn.samples[1].sample.exposed += Duration{107 * kDay_ns};
+    slow = make_player(torn, {.speed = 0.001}, "memory", time);
+    EXPECT_FALSE((*slow)->open());
+    // What takes a little less is played.
+    auto fits = make_player(recording_at({0, 3'500'000 * (kDay_ns / 1'000'000)}), {.speed = 0.001}, "memory", time);
+    ASSERT_TRUE((*fits)->open());
+    GazeSample s;
+    ASSERT_EQ((*fits)->poll(s, kStart), PollStatus::sample);
+    EXPECT_EQ((*fits)->poll(s, kStart), PollStatus::nothing) << "it is not due for ten years";
+}
+
+TEST(Player, ALoopOfYearsEndsBeforeTheClockDoes) {
+    const ManualTime time(kStart);
+    const auto device = player(recording_at({0, 3000 * kDay_ns}), {.speed = 0, .loop = true}, time);
+    GazeSample s;
+    Instant last = kStart - std::chrono::hours(1);
+    int n = 0;
+    for (PollStatus status; (status = device->poll(s, kStart)) != PollStatus::ended; ++n) {
+        ASSERT_EQ(status, PollStatus::sample);
+        ASSERT_GT(s.received, last) << "turn " << n / 2;
+        ASSERT_LT(n, 100);
+        last = s.received;
+    }
+    EXPECT_GT(n, 10);
+}
+
 TEST(Player, EveryKeyOfTheRowIsUnderstood) {
     const ManualTime time(kStart);
     for (const auto& key : player_row().keys) {
