@@ -5,6 +5,7 @@
 #include <ctime>
 
 #include "render/layer/comparison.hpp"
+#include "render/layer/pay_test.hpp"
 
 namespace fovea::layer {
 
@@ -57,6 +58,7 @@ std::string Stats::json() const {
                 comma = ", ";
             }
         out += "}, \"programs\": " + program_reports_json();
+        out += ", \"trial\": " + pay_sums().json();
         if (auto_settings().compare) out += ", \"compare\": " + comparison_json();
         out += "},\n";
     }

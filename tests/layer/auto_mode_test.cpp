@@ -75,6 +75,8 @@ TEST(AutoMode, ATrialBeginsWithTheDriversOwnFrames) {
     ASSERT_FALSE(counters.is_discarded()) << file_text(errors);
     EXPECT_EQ(counters["draws_recorded"], 0);
     EXPECT_EQ(counters["auto"]["full_density_submissions"]["does_not_pay"], 4);
+    EXPECT_EQ(counters["auto"]["trial"]["frames_full"], 2);  // the first two load things
+    EXPECT_EQ(counters["auto"]["trial"]["felt_processor"], 1.0);
     int foveated = 0, coord = 0;
     for (const auto& program : counters["auto"]["programs"]) {
         foveated += program["draws_foveated"].get<int>();
@@ -104,8 +106,10 @@ TEST(AutoMode, DepthGoesFromFrameToFrameThroughEveryWay) {
     const auto lines = [](const Ran& ran) { return ran.out.substr(0, ran.out.find("hash")); };
     const Ran plain = shell(kProgram + frames);
     EXPECT_EQ(lines(shell(kLayer + "--auto --focus 0,0 --gain 8 --compare -- " + kProgram + frames)), lines(plain));
-    // The trial: 6 frames straight, 12 in levels, of which the last is the first of a pair; then straight.
+    // The trial: 6 frames straight; 3, 5 or 12 in levels, as they cost; then straight. The last in levels is the first of a pair.
     EXPECT_EQ(lines(shell(kLayer + "--auto --focus 0,0 --gain 8 -- " + kProgram + frames)), lines(plain));
+    const std::string even = frames.substr(frames.find(' ') + 1);
+    EXPECT_EQ(lines(shell(kLayer + "--auto --focus 0,0 --gain 8 -- " + kProgram + even)), lines(shell(kProgram + even)));
 }
 
 TEST(AutoMode, DepthOfTheSceneOutlivesAnOverlay) {

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <string>
+
 using fovea::layer::PayTest;
 
 namespace {
@@ -24,14 +27,75 @@ struct Frames {
     }
 };
 
-constexpr int kTrial = PayTest::kBlocks * (PayTest::kSettle + PayTest::kMeasured);
+constexpr int kBlock = PayTest::kSettle + PayTest::kMeasured;
+constexpr int kTrial = PayTest::kBlocks * kBlock;
+constexpr int kLostLevels = PayTest::kSettle + PayTest::kLost;  // frames in levels of a trial that levels lose
+constexpr int kLostTrial = kBlock + kLostLevels;
 
 }  // namespace
 
 TEST(PayTest, KeepsFullDensityWhereLevelsTakeLonger) {
     Frames run;
-    EXPECT_EQ(run.frames(kTrial, 1'000'000, 2'000'000, 0, 0), kTrial / 2);
-    EXPECT_EQ(run.frames(PayTest::kLeastHold, 1'000'000, 2'000'000, 0, 0), 0);
+    EXPECT_EQ(run.frames(kLostTrial, 1'000'000, 1'100'000, 0, 0), kLostLevels);
+    EXPECT_EQ(run.frames(PayTest::kLeastHold, 1'000'000, 1'100'000, 0, 0), 0);
+}
+
+TEST(PayTest, ATrialThatLevelsLoseEndsAtOnceWhereTheyAreDear) {
+    for (const bool processor : {false, true}) {
+        Frames run;
+        run.test.set_processor_draws(processor);
+        EXPECT_EQ(run.frames(kBlock + 3, 1'000'000, 3'000'000, 1'000'000, 3'000'000), 3);
+        EXPECT_FALSE(run.test.levels_now());
+    }
+}
+
+TEST(PayTest, OneDearFrameEndsNoTrial) {
+    Frames run;
+    run.frames(kBlock + 1, 2'000'000, 1'000'000, 0, 0);
+    run.frames(1, 2'000'000, 500'000'000, 0, 0);
+    run.frames(kTrial - kBlock - 2, 2'000'000, 1'000'000, 0, 0);
+    EXPECT_TRUE(run.test.levels_now());
+}
+
+TEST(PayTest, TrialsThatLevelsLoseCostOneFrameInAHundred) {
+    for (const std::int64_t levels : {1'050'000, 1'500'000, 1'990'000, 4'000'000, 7'000'000}) {
+        Frames run;
+        int trials = 0;
+        for (int frames = 0; frames < 2 * PayTest::kMostHold; ++frames) {
+            const bool full = !run.test.levels_now();
+            run.frames(1, 1'000'000, levels, 0, 0);
+            if (!full || !run.test.levels_now()) continue;
+            // The levels of a trial begin: those before it have been paid for.
+            if (trials++ > 0) {
+                EXPECT_LT(static_cast<double>(run.now), 1.01 * 1'000'000.0 * (frames + 1)) << levels << " trial " << trials;
+            }
+        }
+        EXPECT_GT(trials, 1);
+    }
+}
+
+TEST(PayTest, AGainThatIsNoiseKeepsFullDensity) {
+    for (const bool processor : {false, true}) {
+        Frames run;
+        run.test.set_processor_draws(processor);
+        run.frames(kTrial, 1'000'000, 990'000, 1'000'000, 990'000);
+        EXPECT_FALSE(run.test.levels_now());
+    }
+}
+
+TEST(PayTest, SaysWhatTheProgramFelt) {
+    PayTest test;
+    fovea::layer::PaySums sums;
+    std::int64_t processor = 0;
+    test.set_processor_draws(true);
+    for (int i = 0; i < 250; ++i) {
+        processor += i < PayTest::kSettle ? 90'000'000 : test.levels_now() ? 1'500'000 : 1'000'000;  // what is loaded does not count
+        test.frame_ended(processor, processor, sums);
+    }
+    const auto counted = static_cast<double>(250 - PayTest::kSettle);
+    EXPECT_EQ(sums.frames_levels, kLostLevels);
+    EXPECT_NEAR(sums.felt(), (counted + 0.5 * kLostLevels) / counted, 1e-9);
+    EXPECT_NE(sums.json().find("\"trials\": 1, "), std::string::npos) << sums.json();
 }
 
 TEST(PayTest, GoesToLevelsWhereTheyAreFaster) {
@@ -68,16 +132,16 @@ TEST(PayTest, LevelsMustBeFasterInBothHalves) {
 
 TEST(PayTest, TriesAgainAndFollowsAChangeOfScene) {
     Frames run;
-    run.frames(kTrial + PayTest::kLeastHold, 1'000'000, 2'000'000, 0, 0);
+    run.frames(kLostTrial + PayTest::kLeastHold, 1'000'000, 1'100'000, 0, 0);
     EXPECT_EQ(run.frames(kTrial, 3'000'000, 2'000'000, 0, 0), kTrial / 2);
     EXPECT_EQ(run.frames(PayTest::kLeastHold, 3'000'000, 2'000'000, 0, 0), PayTest::kLeastHold);
 }
 
 TEST(PayTest, TrialsThatAgreeComeLessOften) {
     Frames run;
-    run.frames(kTrial + PayTest::kLeastHold + kTrial, 1'000'000, 2'000'000, 0, 0);
-    EXPECT_EQ(run.frames(2 * PayTest::kLeastHold, 1'000'000, 2'000'000, 0, 0), 0);
-    EXPECT_EQ(run.frames(kTrial, 1'000'000, 2'000'000, 0, 0), kTrial / 2);
+    run.frames(kLostTrial + PayTest::kLeastHold + kLostTrial, 1'000'000, 1'100'000, 0, 0);
+    EXPECT_EQ(run.frames(2 * PayTest::kLeastHold, 1'000'000, 1'100'000, 0, 0), 0);
+    EXPECT_EQ(run.frames(kLostTrial, 1'000'000, 1'100'000, 0, 0), kLostLevels);
 }
 
 TEST(PayTest, OneSlowFrameOfTheMeasuredDecidesNothing) {
@@ -102,18 +166,11 @@ TEST(PayTest, OneFastFrameOfTheMeasuredDecidesNothing) {
 
 TEST(PayTest, TrialsComeNeverLessOftenThanTheMostHold) {
     Frames run;
-    const auto next_hold = [&run] {  // frames between two trials
-        run.frames(kTrial, 1'000'000, 2'000'000, 0, 0);
-        int frames = 0;
-        for (; !run.test.levels_now() && frames <= 2 * PayTest::kMostHold; ++frames) {
-            Frames before = run;
-            before.frames(PayTest::kSettle + PayTest::kMeasured, 1'000'000, 2'000'000, 0, 0);
-            if (before.test.levels_now()) break;  // the second block of the next trial would begin
-            run.frames(1, 1'000'000, 2'000'000, 0, 0);
-        }
-        return frames;
-    };
-    int hold = 0;
-    for (int i = 0; i < 8; ++i) hold = next_hold();
-    EXPECT_EQ(hold, PayTest::kMostHold);
+    int frames = 0, hold = 0;
+    for (int i = 0; i < 20 * PayTest::kMostHold; ++i) {
+        if (run.test.levels_now()) hold = std::max(hold, frames), frames = 0;
+        else ++frames;
+        run.frames(1, 1'000'000, 1'100'000, 0, 0);
+    }
+    EXPECT_EQ(hold, PayTest::kMostHold + kBlock);  // and the frames at full density that the trial begins with
 }
