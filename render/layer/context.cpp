@@ -85,7 +85,10 @@ void Context::before_finish(Call call) {
     if (!active_) return;  // lost
     // The default framebuffer can be read by no draw: its resolve waits until it is shown or read.
     const bool waits = draw_framebuffer_ == 0 && call == Call::BindFramebuffer;
-    if (Framebuffer* f = find_framebuffer(draw_framebuffer_); f && !waits) f->each_pass([this](Pass& p) { resolve(p); });
+    if (Framebuffer* f = find_framebuffer(draw_framebuffer_); f && !waits) {
+        f->each_pass([this](Pass& p) { resolve(p); });
+        resolve_samples(*f);
+    }
     if (auto_ && draw_framebuffer_ != 0 && call != Call::BindFramebuffer)
         if (Framebuffer* f = find_framebuffer(0)) resolve(f->pass);
     if (!deletions_.empty()) {
@@ -117,6 +120,7 @@ void Context::before_indexed(Call call) {
 
 void Context::image_written(GLuint name) {
     ++attachments_epoch_;
+    samples_overwritten(name);
     for (Kept& kept : kept_) {
         if (!kept.owner) continue;
         for (const Attachment& a : kept.owner->attachments)
@@ -152,13 +156,13 @@ const DrawTarget& Context::drawing_target() {
     } else if (configured) {
         if (f->config->enabled()) target_.kind = DrawTarget::Kind::framebuffer;
     } else if (epoch != 0 && draw_framebuffer_ != 0) {
-        for (const Attachment& a : read_attachments(GL_DRAW_FRAMEBUFFER))
+        for (const Attachment& a : program_attachments(GL_DRAW_FRAMEBUFFER))
             if (a.type == GL_TEXTURE && share_->textures.is_foveated(a.name)) {
                 target_ = {DrawTarget::Kind::texture, a.name, static_cast<GLuint>(a.layer), target_.views};
                 break;
             }
     }
-    if (target_.kind == DrawTarget::Kind::plain && target_.views > 1) target_.kind = DrawTarget::Kind::views;
+    if (target_.kind == DrawTarget::Kind::plain && (target_.views > 1 || (f && f->has_samples()))) target_.kind = DrawTarget::Kind::views;
     if (auto_ && way_ != Way::straight && target_.kind == DrawTarget::Kind::plain && (draw_framebuffer_ == 0 || is_main_offscreen()))
         target_.kind = DrawTarget::Kind::automatic;
     return target_;
@@ -170,7 +174,7 @@ GLenum Context::foveation_status(GLenum framebuffer_target) {
     const Framebuffer* f = find_framebuffer(name);
     const bool configured = f && f->config && f->config->enabled();
     int foveated_colors = 0;
-    for (const Attachment& a : read_attachments(framebuffer_target)) {
+    for (const Attachment& a : program_attachments(framebuffer_target)) {
         if (a.type != GL_TEXTURE || !share_->textures.is_foveated(a.name)) continue;
         if (a.point == GL_DEPTH_ATTACHMENT || a.point == GL_STENCIL_ATTACHMENT || configured || ++foveated_colors > 1)
             return GL_FRAMEBUFFER_INCOMPLETE_FOVEATION_QCOM;
@@ -369,7 +373,9 @@ void Context::bound_framebuffer(GLenum target, GLuint name) {
     draw_framebuffer_ = name;
     target_known_ = false;
     if (auto_) note_drawn_textures();
-    if (name == 0 || kept_.empty()) return;
+    if (name == 0) return;
+    note_shared_samples();
+    if (kept_.empty()) return;
     // Another framebuffer with the image of a pass: what is drawn there is not in the levels of the pass.
     const Framebuffer* f = find_framebuffer(name);
     std::vector<Attachment> now;
@@ -388,6 +394,7 @@ void Context::removed_framebuffer(GLuint name) {
     noted_.erase(name);
     main_offscreen_.erase(name);
     if (const auto it = framebuffers_.find(name); it != framebuffers_.end()) {
+        for (auto& [point, a] : it->second.views) drop_samples(a);
         for (Kept& kept : kept_)
             it->second.each_pass([&kept](const Pass& p) {
                 if (kept.owner == &p) kept.owner = nullptr;
@@ -406,8 +413,9 @@ Framebuffer* Context::find_framebuffer(GLuint name) {
 void Context::check_configured_attachments() {
     ++attachments_epoch_;
     if (auto_) note_drawn_textures();
+    note_shared_samples();
     for (const auto& [target, name] : {std::pair{GL_DRAW_FRAMEBUFFER, draw_framebuffer_}, std::pair{GL_READ_FRAMEBUFFER, read_framebuffer_}})
-        if (Framebuffer* f = name ? find_framebuffer(name) : nullptr; f && f->config) f->config->compare(read_attachments(target));
+        if (Framebuffer* f = name ? find_framebuffer(name) : nullptr; f && f->config) f->config->compare(program_attachments(target));
 }
 
 bool Context::put_off_deletion(GLuint program) {

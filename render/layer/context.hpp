@@ -86,6 +86,15 @@ struct Pass {
 struct ViewAttachment {
     GLuint texture = 0;
     GLint level = 0, base = 0, views = 0;
+    // Multisampled (view_samples.cpp): as many as asked for, and the renderbuffer of each view.
+    GLsizei samples = 0;
+    GLint actual_samples = 0;
+    std::vector<GLuint> images;
+    GLenum format = 0;
+    GLint width = 0, height = 0;  // of the images
+    [[nodiscard]] bool same_as(const ViewAttachment& o) const noexcept {
+        return texture == o.texture && level == o.level && base == o.base && views == o.views && samples == o.samples;
+    }
 };
 
 struct Framebuffer {
@@ -93,6 +102,10 @@ struct Framebuffer {
     Pass pass;                               // of the first view
     std::deque<Pass> more;                   // of the others, when they are foveated
     std::map<GLenum, ViewAttachment> views;  // by attachment point; empty: not multiview
+    bool samples_dirty = false;              // drawn to since they were resolved
+    bool samples_stale = false;              // the arrays were written since
+    [[nodiscard]] bool has_samples() const noexcept;
+    [[nodiscard]] ViewAttachment& samples_of(GLenum point);  // whose images the point has
     [[nodiscard]] Pass& pass_of(GLuint view) {
         if (view == 0) return pass;
         if (more.size() < view) more.resize(view);
@@ -250,6 +263,16 @@ public:
         attach_view(0);
     }
     void note_link(GLuint program);
+    // Views of several samples (view_samples.cpp).
+    [[nodiscard]] bool may_have_samples(GLuint texture, GLint level, GLsizei samples);
+    void make_samples(Framebuffer& f, GLenum target);  // f is bound to that target
+    void forget_deleted_views(GLuint texture);
+    [[nodiscard]] std::vector<Attachment> program_attachments(GLenum framebuffer_target, GLuint bound) const;  // as the program made them
+    [[nodiscard]] std::vector<Attachment> program_attachments(GLenum framebuffer_target) const {
+        return program_attachments(framebuffer_target, framebuffer_target == GL_READ_FRAMEBUFFER ? read_framebuffer_ : draw_framebuffer_);
+    }
+    [[nodiscard]] bool read_from_layer();  // true: until read_from_program()
+    void read_from_program();
 
     // Auto mode.
     [[nodiscard]] bool automatic() const noexcept { return auto_; }
@@ -290,6 +313,13 @@ private:
     [[nodiscard]] GLenum first_color() const;
     void submit_view(GLuint view, Call call);
     void attach_view(GLint view);
+    void drop_samples(ViewAttachment& a);
+    void bind_view_samples(GLenum samples_target, GLenum layer_target, GLenum point, ViewAttachment& a, GLint view);
+    void unbind_view_samples(GLenum samples_target, GLenum layer_target, GLenum point);
+    void resolve_samples(Framebuffer& f);
+    void load_samples(Framebuffer& f);
+    void samples_overwritten(GLuint texture, GLuint by_framebuffer = 0);
+    void note_shared_samples();  // the framebuffer bound for drawing has an array that another draws with samples
     void run_native(bool clears_only = false);
     [[nodiscard]] std::unique_ptr<Targets> make_targets(const TargetShape& shape, bool* out_of_memory = nullptr);  // within the limit
     void run_levels(Pass& pass);
@@ -351,6 +381,7 @@ private:
     std::uint64_t use_ = 0;
     std::uint64_t memory_limit_ = UINT64_MAX;  // bytes of all kept_
     OwnDrawing own_;
+    std::array<GLuint, 2> sample_framebuffers_{};  // of one view's samples, and of its layer
     std::unique_ptr<render::extrapolation::GlExtrapolator> extrapolator_;
     std::uint64_t frame_ = 1;
     std::vector<GLuint> deletions_, kept_buffers_;

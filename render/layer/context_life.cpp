@@ -23,6 +23,12 @@ void Context::forget_objects(Graveyard& to) {
         kept.targets->abandon(to);
     }
     kept_.clear();
+    for (auto& [name, f] : framebuffers_)
+        for (auto& [point, a] : f.views) {
+            for (const GLuint image : a.images) to.renderbuffer(image);
+            a.images.clear();
+        }
+    sample_framebuffers_ = {};
     own_.abandon(to);
     for (const GLuint b : kept_buffers_) to.buffer(b);
     kept_buffers_.clear();

@@ -15,7 +15,7 @@ namespace fovea::layer {
 namespace {
 
 struct Added {
-    std::array<const char*, 5> names{};
+    std::array<const char*, 6> names{};
     GLuint count = 0;
 };
 
@@ -25,7 +25,8 @@ Added added_extensions(const Context& c) {
     if (!c.native().framebuffer_foveated) added.names[added.count++] = "GL_QCOM_framebuffer_foveated";
     if (!c.native().texture_foveated) added.names[added.count++] = "GL_QCOM_texture_foveated";
     if (!c.native().frame_extrapolation) added.names[added.count++] = "GL_QCOM_frame_extrapolation";
-    if (!c.native().multiview) added.names[added.count++] = "GL_OVR_multiview", added.names[added.count++] = "GL_OVR_multiview2";
+    if (!c.native().multiview)
+        for (const char* name : {"GL_OVR_multiview", "GL_OVR_multiview2", "GL_OVR_multiview_multisampled_render_to_texture"}) added.names[added.count++] = name;
     return added;
 }
 
@@ -208,7 +209,7 @@ void GL_APIENTRY layer_glFramebufferFoveationConfigQCOM(GLuint framebuffer, GLui
     config.features = (reserved == Context::Reserved::yes ? GL_FOVEATION_ENABLE_BIT_QCOM : 0) | GL_FOVEATION_SCALED_BIN_METHOD_BIT_QCOM;
     const GLuint read = c->read_framebuffer();
     if (read != framebuffer) gl.BindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer);
-    config.attachments = read_attachments(GL_READ_FRAMEBUFFER);
+    config.attachments = c->program_attachments(GL_READ_FRAMEBUFFER, framebuffer);
     if (read != framebuffer) gl.BindFramebuffer(GL_READ_FRAMEBUFFER, read);
     if (provided) *provided = config.features;
     c->framebuffer(framebuffer).config = std::move(config);

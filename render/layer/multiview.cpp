@@ -61,11 +61,12 @@ GLuint Context::views_of(GLuint framebuffer) const {
 
 GLenum Context::view_status(GLenum framebuffer_target) {
     const GLuint name = framebuffer_target == GL_READ_FRAMEBUFFER ? read_framebuffer_ : draw_framebuffer_;
-    const Framebuffer* f = name ? find_framebuffer(name) : nullptr;
+    Framebuffer* f = name ? find_framebuffer(name) : nullptr;
     if (!f || f->views.empty()) return GL_FRAMEBUFFER_COMPLETE;
+    make_samples(*f, framebuffer_target == GL_READ_FRAMEBUFFER ? GL_READ_FRAMEBUFFER : GL_DRAW_FRAMEBUFFER);
     const GLint views = f->views.begin()->second.views;
     GLenum status = GL_FRAMEBUFFER_COMPLETE;
-    for (const Attachment& a : read_attachments(framebuffer_target)) {
+    for (const Attachment& a : program_attachments(framebuffer_target)) {
         const auto it = f->views.find(a.point);
         if (it == f->views.end() || it->second.views != views) return GL_FRAMEBUFFER_INCOMPLETE_VIEW_TARGETS_OVR;
         if (a.type == GL_TEXTURE && it->second.base + views > layers_of(a.name, a.level)) status = GL_FRAMEBUFFER_INCOMPLETE_ATTACHMENT;
@@ -74,18 +75,33 @@ GLenum Context::view_status(GLenum framebuffer_target) {
 }
 
 void Context::attach_view(GLint view) {
-    const Framebuffer* f = find_framebuffer(draw_framebuffer_);
+    Framebuffer* f = find_framebuffer(draw_framebuffer_);
     if (!f || f->views.empty()) return;
-    for (const auto& [point, a] : f->views)
-        gl.FramebufferTextureLayer(GL_DRAW_FRAMEBUFFER, point, a.texture, a.level, a.base + view);
+    const auto image = [f, view](GLenum point) {
+        const std::vector<GLuint>& images = f->samples_of(point).images;
+        return images.empty() ? 0 : images[static_cast<std::size_t>(view)];
+    };
+    for (const auto& [point, a] : f->views) {
+        if (const GLuint samples = image(point))
+            gl.FramebufferRenderbuffer(GL_DRAW_FRAMEBUFFER, point, GL_RENDERBUFFER, samples);
+        else
+            gl.FramebufferTextureLayer(GL_DRAW_FRAMEBUFFER, point, a.texture, a.level, a.base + view);
+    }
     for (Attachment& a : attachments_)
-        if (const auto it = f->views.find(a.point); it != f->views.end()) a.layer = it->second.base + view;
+        if (const auto it = f->views.find(a.point); it != f->views.end()) {
+            if (const GLuint samples = image(a.point)) a.name = samples;
+            else a.layer = it->second.base + view;
+        }
 }
 
 void Context::forget_views(GLenum target, GLenum attachment) {
     Framebuffer* f = find_framebuffer(target == GL_READ_FRAMEBUFFER ? read_framebuffer_ : draw_framebuffer_);
     if (!f || f->views.empty()) return;
-    for (const GLenum point : points_of(attachment)) f->views.erase(point);
+    for (const GLenum point : points_of(attachment))
+        if (const auto it = f->views.find(point); it != f->views.end()) {
+            drop_samples(it->second);
+            f->views.erase(it);
+        }
     ++attachments_epoch_;
 }
 
@@ -103,7 +119,7 @@ void Context::set_view(GLint view) {
     for (const auto& [program, location] : facts.view_uniforms) gl.ProgramUniform1ui(program, location, static_cast<GLuint>(view));
 }
 
-static void attach_views(Context& c, Call call, GLenum target, GLenum attachment, GLuint texture, GLint level, GLint base, GLsizei views) {
+static void attach_views(Context& c, Call call, GLenum target, GLenum attachment, GLuint texture, GLint level, GLint base, GLsizei views, GLsizei samples = 0) {
     c.before_attach(call);
     if (texture != 0) {
         if (views < 1 || views > kMaxViews || base < 0) return c.raise(GL_INVALID_VALUE);
@@ -112,15 +128,17 @@ static void attach_views(Context& c, Call call, GLenum target, GLenum attachment
         c.keep_driver_error();
         if (gl.IsTexture(texture)) find_target(a);
         if (a.target != GL_TEXTURE_2D_ARRAY) return c.raise(GL_INVALID_OPERATION);
+        if (samples > 0 && !c.may_have_samples(texture, level, samples)) return c.raise(GL_INVALID_OPERATION);
     }
     c.keep_driver_error();
     gl.FramebufferTextureLayer(target, attachment, texture, level, texture ? base : 0);
     if (const GLenum error = gl.GetError(); error != GL_NO_ERROR) return c.raise(error);
     const GLuint name = target == GL_READ_FRAMEBUFFER ? c.read_framebuffer() : c.draw_framebuffer();
-    if (texture == 0) {
-        c.forget_views(target, attachment);
-    } else {
-        for (const GLenum point : points_of(attachment)) c.framebuffer(name).views[point] = {texture, level, base, views};
+    c.forget_views(target, attachment);
+    if (texture != 0) {
+        Framebuffer& f = c.framebuffer(name);
+        for (const GLenum point : points_of(attachment)) f.views[point] = {.texture = texture, .level = level, .base = base, .views = views, .samples = samples, .images = {}};
+        c.make_samples(f, target == GL_READ_FRAMEBUFFER ? GL_READ_FRAMEBUFFER : GL_DRAW_FRAMEBUFFER);
     }
     c.check_configured_attachments();
 }
@@ -132,7 +150,6 @@ void GL_APIENTRY layer_glFramebufferTextureMultiviewOVR(GLenum target, GLenum at
     if (gl.FramebufferTextureMultiviewOVR) gl.FramebufferTextureMultiviewOVR(target, attachment, texture, level, base, views);
 }
 
-// For programs that ask for this function without asking for its extension, which the layer does not list: one sample.
 void GL_APIENTRY layer_glFramebufferTextureMultisampleMultiviewOVR(GLenum target, GLenum attachment, GLuint texture, GLint level,
                                                                    GLsizei samples, GLint base, GLsizei views) {
     Context* c = t_context;
@@ -143,11 +160,37 @@ void GL_APIENTRY layer_glFramebufferTextureMultisampleMultiviewOVR(GLenum target
     }
     if (!c || !c->active()) return;
     if (samples < 0 || samples > get_integer(GL_MAX_SAMPLES)) return c->raise(GL_INVALID_VALUE);
-    attach_views(*c, Call::FramebufferTextureMultisampleMultiviewOVR, target, attachment, texture, level, base, views);
+    attach_views(*c, Call::FramebufferTextureMultisampleMultiviewOVR, target, attachment, texture, level, base, views, samples);
+}
+
+// What the driver has in place of a multisampled view is the layer's affair.
+static bool answer_for_samples(const ViewAttachment& a, GLenum name, GLint* value) {
+    switch (name) {
+        case GL_FRAMEBUFFER_ATTACHMENT_OBJECT_TYPE: *value = GL_TEXTURE; return true;
+        case GL_FRAMEBUFFER_ATTACHMENT_OBJECT_NAME: *value = static_cast<GLint>(a.texture); return true;
+        case GL_FRAMEBUFFER_ATTACHMENT_TEXTURE_LEVEL: *value = a.level; return true;
+        case GL_FRAMEBUFFER_ATTACHMENT_TEXTURE_LAYER: *value = a.base; return true;
+        case GL_FRAMEBUFFER_ATTACHMENT_TEXTURE_CUBE_MAP_FACE: case GL_FRAMEBUFFER_ATTACHMENT_LAYERED: *value = 0; return true;
+        case GL_FRAMEBUFFER_ATTACHMENT_TEXTURE_NUM_VIEWS_OVR: *value = a.views; return true;
+        case GL_FRAMEBUFFER_ATTACHMENT_TEXTURE_BASE_VIEW_INDEX_OVR: *value = a.base; return true;
+        default: return false;
+    }
 }
 
 void GL_APIENTRY layer_glGetFramebufferAttachmentParameteriv(GLenum target, GLenum attachment, GLenum name, GLint* values) {
     Context* c = emulating();
+    if (c && values && c->is_engaged() && (target == GL_FRAMEBUFFER || target == GL_DRAW_FRAMEBUFFER || target == GL_READ_FRAMEBUFFER)) {
+        Framebuffer* bound = c->find_framebuffer(target == GL_READ_FRAMEBUFFER ? c->read_framebuffer() : c->draw_framebuffer());
+        const auto it = bound ? bound->views.find(points_of(attachment).front()) : std::map<GLenum, ViewAttachment>::iterator{};
+        if (bound && it != bound->views.end()) {
+            if (name == GL_FRAMEBUFFER_ATTACHMENT_TEXTURE_SAMPLES_EXT) {
+                *values = it->second.samples > 0 ? bound->samples_of(it->first).actual_samples : 0;
+                return;
+            }
+            const bool apart = attachment == GL_DEPTH_STENCIL_ATTACHMENT && (!bound->views.contains(GL_STENCIL_ATTACHMENT) || !bound->views.at(GL_STENCIL_ATTACHMENT).same_as(it->second));
+            if (it->second.samples > 0 && !apart && answer_for_samples(it->second, name, values)) return;
+        }
+    }
     const bool ours = name == GL_FRAMEBUFFER_ATTACHMENT_TEXTURE_NUM_VIEWS_OVR || name == GL_FRAMEBUFFER_ATTACHMENT_TEXTURE_BASE_VIEW_INDEX_OVR;
     if (!c || !ours || !values) return gl.GetFramebufferAttachmentParameteriv(target, attachment, name, values);
     // Errors are those of another value of a texture.

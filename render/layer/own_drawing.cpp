@@ -53,12 +53,13 @@ OwnDrawing::~OwnDrawing() {
         if (p) gl.DeleteProgram(p);
     if (array_) gl.DeleteVertexArrays(1, &array_);
     if (buffer_) gl.DeleteBuffers(1, &buffer_);
+    if (copy_framebuffer_) gl.DeleteFramebuffers(1, &copy_framebuffer_);
 }
 
 void OwnDrawing::abandon(Graveyard& to) {
     for (const GLuint p : programs_) to.program(p);
     to.buffer(buffer_);
-    array_ = buffer_ = 0;
+    array_ = buffer_ = copy_framebuffer_ = 0;
     programs_ = {};
 }
 
@@ -109,7 +110,10 @@ void OwnDrawing::draw(GLuint program, const Rects& rects) {
         instances_.push_back({static_cast<float>(p.x0), static_cast<float>(p.y0),
                               std::min(static_cast<float>(p.x1), w), std::min(static_cast<float>(p.y1), h)});
     }
-    if (instances_.empty()) return;
+    if (!instances_.empty()) draw_instances(program, rects);
+}
+
+void OwnDrawing::draw_instances(GLuint program, const Rects& rects) {
     gl.UseProgram(program);
     gl.Uniform4f(gl.GetUniformLocation(program, "image"), static_cast<float>(rects.width),
                  static_cast<float>(rects.height), rects.grow_x, rects.grow_y);
@@ -118,6 +122,21 @@ void OwnDrawing::draw(GLuint program, const Rects& rects) {
     gl.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(instances_.size() * sizeof instances_[0]), instances_.data(),
                   GL_STREAM_DRAW);
     gl.DrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, static_cast<GLsizei>(instances_.size()));
+}
+
+GLuint OwnDrawing::copy_framebuffer() {
+    if (copy_framebuffer_ == 0) gl.GenFramebuffers(1, &copy_framebuffer_);
+    return copy_framebuffer_;
+}
+
+void OwnDrawing::draw_copy(GLuint texture, char kind, int width, int height) {
+    const GLuint p = program(kind);
+    if (!p) return;
+    gl.UseProgram(p);
+    gl.Uniform4f(gl.GetUniformLocation(p, "level"), 1, 1, 1.0f / static_cast<float>(width), 1.0f / static_cast<float>(height));
+    gl.BindTexture(GL_TEXTURE_2D, texture);
+    instances_.assign(1, {0, 0, static_cast<float>(width), static_cast<float>(height)});
+    draw_instances(p, {.plan = nullptr, .level = 0, .width = width, .height = height, .grow_x = 0, .grow_y = 0});
 }
 
 void OwnDrawing::draw_mask(const Rects& rects) { draw(program('m'), rects); }

@@ -131,7 +131,7 @@ void GL_APIENTRY layer_glDeleteTextures(GLsizei n, const GLuint* textures) {
     for (GLsizei i = 0; textures && i < n; ++i) {
         c->image_written(textures[i]);
         c->forget_drawn_texture(textures[i]);
-        if (textures[i] != 0) c->textures().forget(textures[i]);
+        if (textures[i] != 0) c->textures().forget(textures[i]), c->forget_deleted_views(textures[i]);
     }
     gl.DeleteTextures(n, textures);
 }
@@ -149,29 +149,49 @@ static Context* before_read(Call call, bool* allowed) {
     return c;
 }
 
+// Reads go to the layer of a view while this lives, if the framebuffer has one with samples.
+class ResolvedRead {
+public:
+    explicit ResolvedRead(Context* c) : context_(c && c->read_from_layer() ? c : nullptr) {}
+    ~ResolvedRead() {
+        if (context_) context_->read_from_program();
+    }
+    ResolvedRead(const ResolvedRead&) = delete;
+    ResolvedRead& operator=(const ResolvedRead&) = delete;
+
+private:
+    Context* context_;
+};
+
 void GL_APIENTRY layer_glReadPixels(GLint x, GLint y, GLsizei w, GLsizei h, GLenum format, GLenum type, void* pixels) {
     bool allowed;
-    before_read(Call::ReadPixels, &allowed);
+    const ResolvedRead from(before_read(Call::ReadPixels, &allowed));
     if (allowed) gl.ReadPixels(x, y, w, h, format, type, pixels);
 }
 void GL_APIENTRY layer_glReadnPixels(GLint x, GLint y, GLsizei w, GLsizei h, GLenum format, GLenum type, GLsizei size, void* data) {
     bool allowed;
-    before_read(Call::ReadnPixels, &allowed);
+    const ResolvedRead from(before_read(Call::ReadnPixels, &allowed));
     if (allowed) gl.ReadnPixels(x, y, w, h, format, type, size, data);
 }
 void GL_APIENTRY layer_glCopyTexImage2D(GLenum target, GLint level, GLenum format, GLint x, GLint y, GLsizei w, GLsizei h, GLint border) {
     bool allowed;
-    if (Context* c = before_read(Call::CopyTexImage2D, &allowed)) c->before_upload(Call::CopyTexImage2D, target);
+    Context* c = before_read(Call::CopyTexImage2D, &allowed);
+    if (c) c->before_upload(Call::CopyTexImage2D, target);
+    const ResolvedRead from(c);
     if (allowed) gl.CopyTexImage2D(target, level, format, x, y, w, h, border);
 }
 void GL_APIENTRY layer_glCopyTexSubImage2D(GLenum target, GLint level, GLint xo, GLint yo, GLint x, GLint y, GLsizei w, GLsizei h) {
     bool allowed;
-    if (Context* c = before_read(Call::CopyTexSubImage2D, &allowed)) c->before_upload(Call::CopyTexSubImage2D, target);
+    Context* c = before_read(Call::CopyTexSubImage2D, &allowed);
+    if (c) c->before_upload(Call::CopyTexSubImage2D, target);
+    const ResolvedRead from(c);
     if (allowed) gl.CopyTexSubImage2D(target, level, xo, yo, x, y, w, h);
 }
 void GL_APIENTRY layer_glCopyTexSubImage3D(GLenum target, GLint level, GLint xo, GLint yo, GLint zo, GLint x, GLint y, GLsizei w, GLsizei h) {
     bool allowed;
-    if (Context* c = before_read(Call::CopyTexSubImage3D, &allowed)) c->before_upload(Call::CopyTexSubImage3D, target);
+    Context* c = before_read(Call::CopyTexSubImage3D, &allowed);
+    if (c) c->before_upload(Call::CopyTexSubImage3D, target);
+    const ResolvedRead from(c);
     if (allowed) gl.CopyTexSubImage3D(target, level, xo, yo, zo, x, y, w, h);
 }
 
@@ -184,6 +204,7 @@ void GL_APIENTRY layer_glBlitFramebuffer(GLint sx0, GLint sy0, GLint sx1, GLint 
         if (const GLenum error = c->write_error(); error != GL_NO_ERROR) return c->raise(error);
         if (c->drawing_target().kind != DrawTarget::Kind::plain) c->leave_levels(Call::BlitFramebuffer);
     }
+    const ResolvedRead from(mask & ~static_cast<GLbitfield>(GL_COLOR_BUFFER_BIT) ? nullptr : c);
     gl.BlitFramebuffer(sx0, sy0, sx1, sy1, dx0, dy0, dx1, dy1, mask, filter);
 }
 

@@ -75,6 +75,11 @@ void attach(const Attachment& a) {
 
 }  // namespace
 
+char fetch_kind(GLenum format) {
+    const char kind = resolve_kind(format);
+    return kind == 'f' ? 'n' : kind;
+}
+
 std::vector<Attachment> read_attachments(GLenum target) {
     std::vector<Attachment> list;
     const int colors = std::min(get_integer(GL_MAX_COLOR_ATTACHMENTS), static_cast<GLint>(kMaxColors));

@@ -45,6 +45,8 @@ struct TargetShape {
 // Fills target, width and height. State is left as it was; errors of the driver are dropped.
 void find_target(Attachment& attachment);
 [[nodiscard]] TargetShape read_shape(std::vector<Attachment>& attachments);
+// How the layer's shaders read a colour format texel by texel: 'n', 'i' or 'u' (OwnDrawing).
+[[nodiscard]] char fetch_kind(GLenum format);
 // The same of the default framebuffer, which is bound; without its size.
 [[nodiscard]] TargetShape read_default_formats();
 // The size of a surface as its next frame will have it: a round trip to the server of a window. False: it has none.
@@ -64,6 +66,9 @@ public:
     };
     [[nodiscard]] bool ready();  // compiles on first use; false: the driver would not
     void draw_mask(const Rects& rects);
+    // A texture of the size of the framebuffer bound for drawing, pixel by pixel.
+    void draw_copy(GLuint texture, char kind, int width, int height);
+    [[nodiscard]] GLuint copy_framebuffer();  // one for the layer's copies, with nothing attached
     // From the texture of a level into the framebuffer bound for drawing. kind: 'f' filtered, 'n' nearest, 'i', 'u',
     // 'd' for depth, or 's' for fragments only where the stencil value has that bit.
     void draw_resolve(const Rects& rects, GLuint texture, char kind, int level_width, int level_height, GLuint stencil_bit = 0);
@@ -71,7 +76,8 @@ public:
 private:
     GLuint program(char kind);
     void draw(GLuint program, const Rects& rects);
-    GLuint array_ = 0, buffer_ = 0;
+    void draw_instances(GLuint program, const Rects& rects);
+    GLuint array_ = 0, buffer_ = 0, copy_framebuffer_ = 0;
     std::array<GLuint, 128> programs_{};
     bool failed_ = false;
     std::vector<std::array<GLfloat, 4>> instances_;
