@@ -69,6 +69,11 @@ Result<void> PartFile::put_in_place() {
     return {};
 }
 
+Error PartFile::told_of_file(Error error) const {
+    if (error.where.starts_with(path())) error.where.replace(0, path().size(), state_->asked);
+    return error;
+}
+
 void remove_unfinished() noexcept {
     for (const auto& slot : unfinished)
         if (const auto* names = slot.load()) remove(*names);

@@ -26,6 +26,8 @@ public:
 
     [[nodiscard]] const std::string& path() const noexcept;
     [[nodiscard]] Result<void> put_in_place();
+    // What went wrong with the part, told of the file that was asked for.
+    [[nodiscard]] Error told_of_file(Error error) const;
 
 private:
     struct State;

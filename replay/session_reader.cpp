@@ -316,11 +316,11 @@ Result<void> write_session(const std::filesystem::path& path, const Recording& r
     options.overwrite = true;
     options.when_full = SessionWriterOptions::WhenFull::wait;
     auto writer = SessionWriter::create(part->path(), options);
-    if (!writer) return std::unexpected(writer.error());
+    if (!writer) return std::unexpected(part->told_of_file(writer.error()));
     writer->set_info(recording.info);
     for (const RecordedSample& r : recording.samples) writer->add_sample(r.sample, r.label, r.truth_dir_head);
     for (const TargetShown& t : recording.targets) writer->add_target(t);
-    if (auto closed = writer->close(); !closed) return closed;
+    if (auto closed = writer->close(); !closed) return std::unexpected(part->told_of_file(closed.error()));
     return part->put_in_place();
 }
 

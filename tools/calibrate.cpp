@@ -11,9 +11,9 @@
 
 #include "daemon/pipeline/calibration.hpp"
 #include "daemon/pipeline/validate.hpp"
-#include "replay/output_file.hpp"
 #include "replay/recording.hpp"
 #include "tools/commands.hpp"
+#include "tools/outputs.hpp"
 #include "tools/within.hpp"
 
 namespace fovea::tools {
@@ -96,12 +96,13 @@ std::vector<Target> recorded_targets(const replay::Recording& recording) {
 }
 
 int run(const CalibrateOptions& o) {
+    if (auto ok = keep_inputs({o.from, o.targets}, {o.out}); !ok) return report(ok.error(), kUsage);
     Result<std::vector<Target>> targets;
     if (!o.targets.empty()) targets = read_targets(o.targets);
     if (!targets) return report(targets.error(), kBadInput);
     const auto recording = replay::load_recording(o.from);
     if (!recording) return report(recording.error(), kBadInput);
-    if (recording->samples.empty()) return report({"the recording is empty", o.from, ""}, kBadInput);
+    if (recording->samples.empty()) return report({"the recording is empty", o.from, "record again, or name another file"}, kBadInput);
     if (o.targets.empty()) targets = recorded_targets(*recording);
     if (targets->empty()) return report({"nothing says what was to be looked at", o.targets.empty() ? o.from : o.targets, "give --targets: a CSV with start_ms,end_ms,x_deg,y_deg"}, kBadInput);
     std::string toml;
@@ -133,7 +134,7 @@ void add_calibrate(CLI::App& app, int* exit_code) {
     auto* c = app.add_subcommand("calibrate", "Fit a calibration to recorded fixations of known targets");
     c->add_option("--from", o->from, "The recording (a session file or any known format)")->required();
     c->add_option("--targets", o->targets, "CSV with start_ms,end_ms,x_deg,y_deg: what was shown when, from the first sample on (default: the session's own)");
-    c->add_option("--out", o->out, "Write the calibration here, as TOML; - is standard output")->required();
+    c->add_option("--out", o->out, "Write the calibration here, as TOML; - is standard output")->required()->check(file_name());
     c->add_option("--largest-error", o->largest_error_deg, "Refuse a fit that is worse on targets left out, degrees (default 3)")->check(within(0.01, 90.0));
     c->add_option("--settle-ms", o->settle_ms, "Leave out this much of each target's beginning (default 300)")->check(within(0.0, 10000.0));
     c->footer("Example: fovea calibrate --from session.fovea --targets targets.csv --out me.toml\n"

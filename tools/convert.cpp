@@ -8,6 +8,7 @@
 #include "replay/recording.hpp"
 #include "replay/session_file.hpp"
 #include "tools/commands.hpp"
+#include "tools/outputs.hpp"
 #include "tools/within.hpp"
 
 namespace fovea::tools {
@@ -72,9 +73,7 @@ int run(const ConvertOptions& o) {
         fmt::print(stderr, "fovea convert: name an input and an output file, or ask for --list\n");
         return kUsage;
     }
-    std::error_code none;
-    if (std::filesystem::equivalent(o.in, o.out, none))
-        return report({"input and output are the same file", o.out, "choose another name for the output"}, kUsage);
+    if (auto ok = keep_inputs({o.in}, {o.out}); !ok) return report(ok.error(), kUsage);
     auto recording = o.from.empty() ? replay::load_recording(o.in) : replay::load_recording_as(o.in, o.from);
     if (!recording) return report(recording.error(), kBadInput);
     if (o.start_s > 0 || o.duration_s >= 0)

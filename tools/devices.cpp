@@ -1,4 +1,5 @@
 // `fovea devices`: what is plugged in, what it can do, and what stands in the way of using it.
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -18,7 +19,15 @@ using namespace fovea::drivers;
 
 volatile std::sig_atomic_t interrupted = 0;
 
+int no_such_driver(const std::string& driver) {
+    fmt::print(stderr, "fovea devices: no driver is called '{}'; there are:\n", driver);
+    for (const DeviceRow& row : device_table()) fmt::print(stderr, "  {:8}  {}\n", row.driver, row.one_line);
+    return kUsage;
+}
+
 int list_devices(const std::string& driver, bool dump) {
+    const auto called = [&](const DeviceRow& row) { return driver == row.driver; };
+    if (!driver.empty() && std::ranges::none_of(device_table(), called)) return no_such_driver(driver);
     bool any = false, usable = false;
     for (const DeviceRow& row : device_table()) {
         if (!row.list || (!driver.empty() && driver != row.driver)) continue;
@@ -98,9 +107,7 @@ int watch(const std::string& driver, const std::map<std::string, std::string>& v
                    c.losses > 0 ? ", the last: " : "", c.last_loss);
         return status == PollStatus::lost || (status == PollStatus::nothing && interrupted == 0) ? kFailed : kSuccess;
     }
-    fmt::print(stderr, "fovea devices: no driver is called '{}'; there are:\n", driver);
-    for (const DeviceRow& row : device_table()) fmt::print(stderr, "  {:8}  {}\n", row.driver, row.one_line);
-    return kUsage;
+    return no_such_driver(driver);
 }
 
 struct Options {
@@ -120,7 +127,7 @@ void add_devices(CLI::App& app, int* exit_code) {
     command->add_option("driver", options->driver, "Only this driver's devices, e.g. hid");
     command->add_flag("--dump", options->dump, "Also print report descriptors, endpoints or formats in words");
     auto* watching = command->add_flag("--watch", options->watch, "Open DRIVER's device and print its samples, one line each");
-    command->add_option("--count", options->count, "With --watch: stop after so many samples")->needs(watching)->check(CLI::PositiveNumber);
+    command->add_option("--count", options->count, "With --watch: stop after so many samples")->needs(watching)->check(CLI::Range(1L, 1'000'000'000L));
     command->add_option("--patience", options->patience_s,
                         "With --watch: give up after so many seconds without a sample (0: never)")
         ->needs(watching)->check(within(0.0, 3600.0));
@@ -129,6 +136,11 @@ void add_devices(CLI::App& app, int* exit_code) {
     command->callback([options, exit_code] {
         if (!options->watch) {
             *exit_code = list_devices(options->driver, options->dump);
+            return;
+        }
+        if (options->driver.empty()) {
+            fmt::print(stderr, "fovea devices: --watch opens the device of one driver: name it, e.g. `fovea devices hid --watch`\n");
+            *exit_code = kUsage;
             return;
         }
         for (const std::string& s : options->settings) {

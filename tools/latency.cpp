@@ -13,7 +13,8 @@
 #include "replay/session_file.hpp"
 #include "tools/commands.hpp"
 #include "tools/latency_html.hpp"
-#include "replay/output_file.hpp"
+#include "tools/outputs.hpp"
+#include "tools/within.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -202,6 +203,8 @@ int run(const LatencyToolOptions& o) {
         fmt::print(stderr, "fovea latency: {}\n", e.message());
         return code;
     };
+    if (auto ok = keep_inputs({o.session, o.frame_png, o.levels_png}, {o.html, o.csv}); !ok) return refuse(ok.error(), kUsage);
+    if (!o.html.empty() && o.html == o.csv) return refuse({"two outputs would be one file", o.csv, "give each a name of its own"}, kUsage);
     auto frame = read_png(o.frame_png), levels = read_png(o.levels_png);
     if (!frame) return refuse(frame.error(), kBadInput);
     if (!levels) return refuse(levels.error(), kBadInput);
@@ -219,14 +222,15 @@ void add_latency(CLI::App& app, int* exit_code) {
     auto o = std::make_shared<LatencyToolOptions>();
     auto* cmd = app.add_subcommand("latency", "Motion-to-photon latency and foveal misses of a recorded session");
     cmd->add_option("SESSION", o->session, "a .fovea session file in which a renderer reported frames")->required();
-    auto* html = cmd->add_option("--html", o->html, "also write a self-contained page with charts");
-    cmd->add_option("--frame", o->frame_png, "PNG of a frame to show on the page")->needs(html);
-    cmd->add_option("--levels", o->levels_png, "PNG of that frame's foveation levels to show on the page")->needs(html);
-    cmd->add_option("--csv", o->csv, "also write one row per frame");
-    cmd->add_option("--client", o->client, "which client's frames (default: the one with the most)")->check(CLI::PositiveNumber);
+    auto* html = cmd->add_option("--html", o->html, "also write a self-contained page with charts")->check(file_name());
+    cmd->add_option("--frame", o->frame_png, "PNG of a frame to show on the page")->needs(html)->check(file_name());
+    cmd->add_option("--levels", o->levels_png, "PNG of that frame's foveation levels to show on the page")->needs(html)->check(file_name());
+    cmd->add_option("--csv", o->csv, "also write one row per frame")->check(file_name());
+    cmd->add_option("--client", o->client, "which client's frames (default: the one with the most)")->check(CLI::Range(std::uint32_t{1}, std::numeric_limits<std::uint32_t>::max()));
     cmd->add_flag("--json", o->json, "print JSON instead of text");
     cmd->footer("A frame runs from the exposure of the newest sample that its focal point used to the middle of its scan-out.\n"
-                "It is a foveal miss when the recorded eye was, at that photon time, outside the full-resolution region.");
+                "It is a foveal miss when the recorded eye was, at that photon time, outside the full-resolution region.\n"
+                "Exit codes: 0 reported, 1 cannot write, 2 wrong usage, 3 the session is missing, torn or has no frames, or a picture cannot be read.");
     cmd->callback([o, exit_code] { *exit_code = run(*o); });
 }
 

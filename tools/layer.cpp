@@ -110,8 +110,9 @@ int run(const LayerOptions& options) {
         if (options.automatic.on) setenv("FOVEA_LAYER_AUTO", automatic.c_str(), 1);
         if (options.stats || options.report || options.automatic.compare) setenv("FOVEA_LAYER_STATS", stats_json.c_str(), 1);
         execvp(arguments[0], arguments.data());
-        fmt::print(stderr, "fovea layer: cannot start {}: {}\n", options.program[0], std::strerror(errno));
-        _exit(errno == ENOENT ? 127 : 126);
+        const int why = errno;
+        fmt::print(stderr, "fovea layer: {}: cannot start the program: {} (check its name, or give its whole path)\n", options.program[0], std::strerror(why));
+        _exit(why == ENOENT ? 127 : 126);
     }
     child_pid = static_cast<std::sig_atomic_t>(pid);
     int status = 0;
@@ -187,7 +188,7 @@ void add_layer(CLI::App& app, int* exit_code) {
                   "The page is written when the program has ended, also by a signal. In auto mode no trial is made: --always is implied.");
     common(trace);
     auto_options(trace);
-    trace->add_option("-o,--output", options.trace_page, "The page")->required();
+    trace->add_option("-o,--output", options.trace_page, "The page")->required()->check(file_name());
     trace->add_option("--frames", options.trace_frames, "How many frames, from the first that is submitted through the layer")
         ->check(CLI::Range(1, 64))->capture_default_str();
     take_program(trace);

@@ -5,6 +5,7 @@
 // Errors: those of OutputFile; one path for two files.
 #pragma once
 
+#include <filesystem>
 #include <initializer_list>
 #include <map>
 #include <string>
@@ -14,6 +15,16 @@
 #include "replay/output_file.hpp"
 
 namespace fovea::tools {
+
+// A file that is read must not be written as well, under whatever name: the recording would be gone. Names "" and "-" are
+// no files.
+[[nodiscard]] inline Result<void> keep_inputs(std::initializer_list<std::string> inputs, std::initializer_list<std::string> outputs) {
+    std::error_code none;
+    for (const std::string& in : inputs)
+        for (const std::string& out : outputs)
+            if (!in.empty() && std::filesystem::equivalent(in, out, none)) return fail("input and output are the same file", out, "choose another name for the output");
+    return {};
+}
 
 class Outputs {
 public:

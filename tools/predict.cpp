@@ -8,9 +8,9 @@
 #include "daemon/pipeline/settings_table.hpp"
 #include "daemon/pipeline/validate.hpp"
 #include "daemon/service/calibration_file.hpp"
-#include "replay/output_file.hpp"
 #include "replay/recording.hpp"
 #include "tools/commands.hpp"
+#include "tools/outputs.hpp"
 #include "tools/within.hpp"
 
 namespace fovea::tools {
@@ -64,6 +64,7 @@ int run(const PredictOptions& o) {
     if (!line) return report(line.error(), o.calibration.empty() ? kUsage : kBadInput);
     auto recording = replay::load_recording(o.in);
     if (!recording) return report(recording.error(), kBadInput);
+    if (auto ok = keep_inputs({o.in, o.calibration}, {o.csv}); !ok) return report(ok.error(), kUsage);
     auto out = replay::OutputFile::create(o.csv);
     if (!out) return report(out.error(), kFailed);
     std::string text = "t_ns,valid,event,x_deg,y_deg,pred_t_ns,pred_x_deg,pred_y_deg,sigma_deg,onset_seen\n";
@@ -89,7 +90,7 @@ void add_predict(CLI::App& app, int* exit_code) {
     c->add_option("--predictor", o->predictor, "hold, velocity, damped_velocity, kalman, imm, gain_table, ballistic or auto (default)");
     c->add_option("--calibration", o->calibration, "A file of `fovea calibrate`, applied to each sample");
     c->add_option("--filter", o->filter, "none, one_euro, kalman or saccade_aware (default)");
-    c->add_option("--csv", o->csv, "Write here; - is standard output")->required();
+    c->add_option("--csv", o->csv, "Write here; - is standard output")->required()->check(file_name());
     c->footer(
         "Columns: t_ns exposure; valid: the recording vouches for the sample; event: fixation, pursuit, saccade, blink or\n"
         "lost, as seen at t; x_deg, y_deg the recorded gaze (+ right, + up, head frame; empty when invalid); pred_t_ns,\n"

@@ -104,7 +104,7 @@ void add_record(CLI::App& app, int* exit_code);
 void add_record(CLI::App& app, int* exit_code) {
     auto o = std::make_shared<Options>();
     auto* c = app.add_subcommand("record", "Record what a running fovead publishes into a session file of your own");
-    c->add_option("file", o->out, "The session file, e.g. OUT.fovea")->required();
+    c->add_option("file", o->out, "The session file, e.g. OUT.fovea")->required()->check(file_name());
     c->add_option("--duration", o->duration_s, "Seconds; default: until Ctrl-C or the daemon's end")->check(within(0.0, 1e9));
     c->add_option("--run-dir", o->run_dir, "The daemon's run directory (default: $XDG_RUNTIME_DIR/fovea, else /run/fovea)");
     c->add_option("--socket", o->socket, "The daemon's socket for apps itself (default: $FOVEA_SOCKET)");

@@ -11,7 +11,8 @@
 #include "replay/recording.hpp"
 #include "tools/commands.hpp"
 #include "tools/model_csv.hpp"
-#include "replay/output_file.hpp"
+#include "tools/outputs.hpp"
+#include "tools/within.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -46,6 +47,7 @@ int run(const ReplayOptions& o) {
     auto recording = replay::load_recording(o.in);
     if (!recording) return report(recording.error(), kBadInput);
 
+    if (auto ok = keep_inputs({o.in, o.calibration}, {o.csv}); !ok) return report(ok.error(), kUsage);
     auto out = replay::OutputFile::create(o.csv);
     if (!out) return report(out.error(), kFailed);
     std::string text = model_csv_header();
@@ -82,7 +84,7 @@ void add_replay(CLI::App& app, int* exit_code) {
     auto* c = app.add_subcommand("replay", "Run a recording through the pipeline and write the motion models it publishes");
     c->add_option("file", o->in, "The recording; its format is recognised from the content")->required();
     c->add_option("--speed", o->speed, "max: as fast as possible (default); 1: as it was recorded; 2: twice as fast");
-    c->add_option("--csv", o->csv, "Write one row per sample here; - is standard output")->required();
+    c->add_option("--csv", o->csv, "Write one row per sample here; - is standard output")->required()->check(file_name());
     c->add_option("--calibration", o->calibration, "A file of `fovea calibrate`, applied to each sample");
     c->add_option("--filter", o->filter, "Filter instead of the default");
     c->add_option("--predictor", o->predictor, "Predictor instead of the default");

@@ -10,6 +10,7 @@
 #include "replay/output_file.hpp"
 #include "replay/session_file.hpp"
 #include "tools/commands.hpp"
+#include "tools/outputs.hpp"
 #include "tools/within.hpp"
 
 namespace fovea::tools {
@@ -98,12 +99,13 @@ int run(const SynthOptions& o) {
     if (o.seed >= 0) scenario->seed = static_cast<std::uint64_t>(o.seed);
     if (o.duration_s > 0) scenario->duration_s = o.duration_s;
     if (!(scenario->duration_s > 0)) return report({"the scenario has no end", o.scenario, "say --duration-s"}, kUsage);
+    if (auto ok = keep_inputs({o.scenario}, {o.out}); !ok) return report(ok.error(), kUsage);
     std::error_code none;
     if (!o.force && std::filesystem::exists(o.out, none)) return report({"the file exists", o.out, "choose another name, or say --force"}, kFailed);
     auto part = replay::PartFile::beside(o.out);
     if (!part) return report(part.error(), kFailed);
     const auto written = write(o, *scenario, part->path());
-    if (!written) return report(written.error(), kFailed);
+    if (!written) return report(part->told_of_file(written.error()), kFailed);
     if (auto ok = part->put_in_place(); !ok) return report(ok.error(), kFailed);
     std::string effects;
     for (std::size_t i = 0; i < drivers::synthetic::kEffectCount; ++i)

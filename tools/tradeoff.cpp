@@ -33,6 +33,8 @@ int report(const Error& error, int code) {
 int run(const Options& o, const char* title, TradeoffResult (*judge)(const TradeoffRequest&)) {
     const double budget = o.budget_ns >= 0 ? o.budget_ns : o.budget_us * 1e3;
     if (!o.toml.empty() && budget < 0) return report({"--toml writes what is picked within a budget, and there is none", o.toml, "say --budget-us or --budget-ns too"}, kUsage);
+    for (const std::string& path : o.paths)
+        if (auto ok = keep_inputs({path}, {o.csv, o.html, o.toml}); !ok) return report(ok.error(), kUsage);
     auto outputs = Outputs::open({o.csv, o.html, o.toml});
     if (!outputs) return report(outputs.error(), kFailed);
     auto recordings = load_recordings(o.paths, [](const Error& e) { fmt::print(stderr, "left out: {}\n", e.message()); });
@@ -74,14 +76,14 @@ void add_subject(CLI::App& parent, int* exit_code, const char* name, const char*
     auto* c = parent.add_subcommand(name, text);
     c->add_option("recordings", o->paths, "Recordings, or directories that hold some")->required();
     c->add_option("--horizon", o->horizons_ms, "Horizons, milliseconds (default 10 20 30 50 70)")->check(within(0.0, 150.0));
-    c->add_option("--csv", o->csv, "Also write the tables here");
-    c->add_option("--html", o->html, "Also write a self-contained page with plots here");
+    c->add_option("--csv", o->csv, "Also write the tables here")->check(file_name());
+    c->add_option("--html", o->html, "Also write a self-contained page with plots here")->check(file_name());
     c->add_flag("--json", o->json, "Print JSON instead of tables");
     c->add_flag("--groups", o->groups, "Also one table per device");
     if (budget) {
         c->add_option("--budget-us", o->budget_us, "Pick the most accurate setting within this cost, microseconds per sample")->check(within(0.0, 1e6));
         c->add_option("--budget-ns", o->budget_ns, "The same in nanoseconds")->check(within(0.0, 1e9));
-        c->add_option("--toml", o->toml, "Write the picked setting here, for the daemon's config");
+        c->add_option("--toml", o->toml, "Write the picked setting here, for the daemon's config")->check(file_name());
     }
     c->footer("The protocol: docs/pipeline.md. A * marks what no other method beats in both cost and error.\n"
               "Example: fovea tradeoff " + std::string(name) + " tests/data/recordings\n"

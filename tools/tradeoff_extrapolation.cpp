@@ -260,8 +260,8 @@ void add_tradeoff_extrapolation(CLI::App& parent, int* exit_code) {
     c->add_option("--size", o->size_px, "Edge of the pictures, pixels (default 1024)")->check(CLI::Range(32, 4096));
     c->add_option("--repeat", o->repeats, "Timed runs per method and case; the median counts (default 5)")->check(CLI::Range(1, 1000));
     c->add_option("--budget-ms", o->budget_ms, "Name the best preset within this processor time per frame")->check(within(0.0, 1e6));
-    c->add_option("--csv", o->csv, "Also write every score here");
-    c->add_option("--html", o->html, "Also write a self-contained page with plot and crops here");
+    c->add_option("--csv", o->csv, "Also write every score here")->check(file_name());
+    c->add_option("--html", o->html, "Also write a self-contained page with plot and crops here")->check(file_name());
     c->add_flag("--json", o->json, "Print JSON instead of the table");
     std::string footer = "Scenes:\n";
     for (const SceneRow& s : extrapolation_scenes()) footer += fmt::format("  {:<12} {}\n", s.name, s.what);

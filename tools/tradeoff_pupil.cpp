@@ -225,7 +225,7 @@ void add_tradeoff_pupil(CLI::App& tradeoff, int* exit_code) {
     c->add_option("--count", o->count, "Pictures per case (default 60)")->check(CLI::Range(1, 100000));
     c->add_option("--side", o->sides, "Picture sides, pixels (default 192 400)")->check(CLI::Range(64, 2048));
     c->add_option("--budget-us", o->budget_us, "Name the most reliable method within this time per frame, microseconds")->check(within(1.0, 1e6));
-    c->add_option("--csv", o->csv, "Also write every case of every method here");
+    c->add_option("--csv", o->csv, "Also write every case of every method here")->check(file_name());
     c->add_flag("--cases", o->cases, "Also one column per case");
     c->add_flag("--json", o->json, "Print JSON instead of tables");
     c->footer("Rendered eyes with the exact pupil known (drivers/synthetic/eye_image.hpp). \"imagined\": a pupil was found in\n"

@@ -1,5 +1,4 @@
-// The check of an option that takes a number: within [low, high], which NaN is not. (CLI::Range lets NaN through: it is
-// neither below nor above anything.)
+// The checks of options that more than one command has.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -7,6 +6,7 @@
 
 namespace fovea::tools {
 
+// A number within [low, high], which NaN is not. (CLI::Range lets NaN through: it is neither below nor above anything.)
 inline CLI::Validator within(double low, double high) {
     return CLI::Validator(
         [low, high](std::string& text) {
@@ -15,6 +15,11 @@ inline CLI::Validator within(double low, double high) {
             return fmt::format("Value {} not in range {:g} to {:g}", text, low, high);
         },
         fmt::format("FLOAT in [{:g} - {:g}]", low, high));
+}
+
+// The name of a file, which "" (a variable that a script forgot) is not.
+inline CLI::Validator file_name() {
+    return CLI::Validator([](std::string& text) { return text.empty() ? std::string("the file's name is empty") : std::string(); }, "FILE");
 }
 
 }  // namespace fovea::tools

@@ -48,7 +48,7 @@ std::expected<std::string, AskFailure> ask_daemon(const std::string& path, const
     if (!fd) return failure(fail_errno("cannot make a socket", errno).error());
     while (::connect(fd.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0) {
         if (errno == EINTR) continue;
-        if (errno == ENOENT || errno == ECONNREFUSED)
+        if (errno == ENOENT || errno == ENOTDIR || errno == ECONNREFUSED)
             return failure({"no fovead is running here", path, "start one, or say where it is with --run-dir or --socket"}, true);
         if (errno == EACCES || errno == EPERM)
             return failure({"you may not ask this fovead", path, "only root and the user who runs fovead may"});

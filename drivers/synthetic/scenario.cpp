@@ -1,6 +1,7 @@
 #include "drivers/synthetic/scenario.hpp"
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <fstream>
 #include <sstream>
@@ -208,12 +209,14 @@ Result<Scenario> parse_scenario(std::string_view text, const std::string& name) 
 }
 
 Result<Scenario> load_scenario(const std::filesystem::path& file) {
-    std::ifstream in(file, std::ios::binary);
+    constexpr const char* kWayOut = "`fovea synth --keys` prints one to start from; configs/scenarios has more";
     std::error_code none;
-    if (!in || std::filesystem::is_directory(file, none))
-        return fail("cannot read the scenario", file.string(), "`fovea synth --keys` prints one to start from; configs/scenarios has more");
+    if (std::filesystem::is_directory(file, none)) return fail("is a directory", file.string(), kWayOut);
+    std::ifstream in(file, std::ios::binary);
+    if (!in) return fail_errno("cannot read the scenario", errno, file.string(), kWayOut);
     std::ostringstream text;
     text << in.rdbuf();
+    if (text.str().empty()) return fail("the scenario is empty", file.string(), kWayOut);
     return parse_scenario(text.str(), file.string());
 }
 

@@ -72,6 +72,52 @@ TEST_F(Output, WhatCannotBeWrittenIsSaidBeforeTheWork) {
     EXPECT_THAT(aimless.err, HasSubstr("--budget-us"));
 }
 
+TEST_F(Output, NoCommandWritesOverWhatItReads) {
+    ASSERT_EQ(fovea("convert " + kVive + " " + file("r.fovea") + " --duration 1").exit_code, 0);
+    std::filesystem::create_hard_link(file("r.fovea"), file("other_name.fovea"));
+    std::filesystem::copy_file(kScenario, file("s.toml"));
+    const std::string r = file("r.fovea"), before = bytes(r);
+    for (const std::string& out : {r, file("other_name.fovea"), file(".") + "/r.fovea"})
+        for (const std::string& command : {"replay " + r + " --csv ", "predict " + r + " --csv ", "latency " + r + " --html ", "latency " + r + " --csv ", "convert --force " + r + " ",
+                                           "calibrate --from " + r + " --out ", "tradeoff filter " + r + " --csv ", "tradeoff fovea " + r + " --html "}) {
+            const auto refused = fovea(command + out);
+            EXPECT_EQ(refused.exit_code, 2) << command;
+            EXPECT_THAT(refused.err, HasSubstr("input and output are the same file")) << command;
+            ASSERT_EQ(bytes(r), before) << command;
+        }
+    EXPECT_EQ(fovea("synth --force --duration-s 1 " + file("s.toml") + " " + file("s.toml")).exit_code, 2);
+    EXPECT_EQ(bytes(file("s.toml")), bytes(kScenario));
+}
+
+TEST_F(Output, AFileWithoutANameIsNoFile) {
+    for (const std::string& command : {"replay " + kVive + " --csv ''", "predict " + kVive + " --csv ''", "tradeoff filter " + kVive + " --csv ''", std::string("latency x --html ''"),
+                                       std::string("tradeoff pupil --count 1 --csv ''"), std::string("tradeoff extrapolation --html ''"), std::string("layer trace -o '' true"), std::string("record ''")}) {
+        const auto refused = fovea(command);
+        EXPECT_EQ(refused.exit_code, 2) << command;
+        EXPECT_THAT(refused.err, HasSubstr("name is empty")) << command;
+    }
+}
+
+TEST_F(Output, AFolderThatIsMissingIsToldOfTheFileThatWasAskedFor) {
+    for (const std::string& command : {"convert " + kVive, "synth --duration-s 1 " + kScenario}) {
+        const auto refused = fovea(command + " " + file("no/such.fovea"));
+        EXPECT_EQ(refused.exit_code, 1);
+        EXPECT_THAT(refused.err, HasSubstr("no/such.fovea: cannot create")) << "and not of the unfinished file beside it";
+    }
+}
+
+TEST_F(Output, AWrongCommandLineIsToldOfItsCommand) {
+    EXPECT_THAT(fovea("nosuch").err, HasSubstr("fovea: there is no command 'nosuch'; `fovea --help`"));
+    EXPECT_THAT(fovea("tradeoff nosuch x").err, HasSubstr("fovea tradeoff: there is no command 'nosuch'"));
+    EXPECT_THAT(fovea("tradeoff filter").err, HasSubstr("fovea tradeoff filter: recordings is required"));
+    EXPECT_THAT(fovea("latency x --client 0").err, HasSubstr("not in range 1 to 4294967295"));
+    EXPECT_THAT(fovea("devices nosuch").err, HasSubstr("no driver is called 'nosuch'"));
+    EXPECT_THAT(fovea("devices --watch").err, HasSubstr("name it"));
+    EXPECT_THAT(fovea("devices hid --count 3").err, HasSubstr("--watch"));
+    for (const char* command : {"nosuch", "tradeoff nosuch x", "devices nosuch", "devices --watch", "devices hid --count 3"}) EXPECT_EQ(fovea(command).exit_code, 2) << command;
+    EXPECT_THAT(fovea("--version").out, testing::StartsWith("fovea "));
+}
+
 TEST_F(Output, NotANumberIsInNoRange) {
     for (const std::string& command : {"predict " + kVive + " --csv - --horizon-ms nan", "convert " + kVive + " " + file("a.csv") + " --start nan",
                                        "synth " + kScenario + " " + file("s.fovea") + " --duration-s nan", std::string("record x --duration nan"),
