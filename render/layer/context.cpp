@@ -50,7 +50,7 @@ void Context::made_current(EGLDisplay display, EGLSurface surface) {
     default_known_ = false;
     window_frame_ = 0;
     auto_ = auto_settings().on;
-    if (auto_) gl.anything_to_do.store(true, std::memory_order_relaxed);
+    if (auto_) engage();
     if (auto_settings().compare && !comparison_) comparison_ = new_comparison();
     if (auto_) choose_way();
     if (Framebuffer* f = find_framebuffer(0)) f->pass.mode = Pass::Mode::none;  // of another surface, maybe

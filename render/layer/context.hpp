@@ -28,6 +28,7 @@
 #include "render/layer/command_log.hpp"
 #include "render/layer/auto_mode.hpp"
 #include "render/layer/comparison.hpp"
+#include "render/layer/entry_points.hpp"
 #include "render/layer/foveation_state.hpp"
 #include "render/layer/pay_test.hpp"
 #include "render/layer/share_group.hpp"
@@ -216,7 +217,7 @@ public:
     void check_configured_attachments();
     [[nodiscard]] Framebuffer* find_framebuffer(GLuint name);
     [[nodiscard]] Framebuffer& framebuffer(GLuint name) {
-        gl.anything_to_do.store(true, std::memory_order_relaxed);
+        engage();
         return framebuffers_[name];
     }
     [[nodiscard]] GLuint draw_framebuffer() const noexcept { return draw_framebuffer_; }

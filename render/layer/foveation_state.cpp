@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "render/layer/entry_points.hpp"
+
 namespace fovea::layer {
 
 TextureFoveation TextureFoveations::get(GLuint texture) const {
@@ -19,7 +21,7 @@ bool TextureFoveations::is_foveated(GLuint texture) const {
 void TextureFoveations::set_features(GLuint texture, GLuint features) {
     const std::lock_guard lock(mutex_);
     textures_[texture].features = features;
-    gl.anything_to_do.store(true, std::memory_order_relaxed);
+    engage();
     epoch_.fetch_add(1, std::memory_order_release);
 }
 

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "render/layer/auto_mode.hpp"
+#include "render/layer/entry_points.hpp"
 #include "render/layer/foveation_state.hpp"
 #include "render/layer/graveyard.hpp"
 
@@ -25,7 +26,7 @@ public:
     };
     void linked(GLuint program, SourceFacts facts, int num_views = 0) {
         Entry entry{std::move(facts), nullptr, num_views};
-        if (num_views > 0) gl.anything_to_do.store(true, std::memory_order_relaxed), any_multiview_.store(true, std::memory_order_relaxed);  // the lock below orders it for who looks a program up
+        if (num_views > 0) engage(), any_multiview_.store(true, std::memory_order_relaxed);  // the lock below orders it for who looks a program up
         entry.report = new_program_report(entry.facts.shader.empty() ? "program " + std::to_string(program) : entry.facts.shader);
         const std::lock_guard lock(mutex_);
         programs_[program] = std::move(entry);

@@ -19,6 +19,7 @@
 #include <memory>
 #include <mutex>
 
+#include "render/layer/entry_points.hpp"
 #include "render/layer/extrapolate.hpp"
 
 namespace fovea::layer {
@@ -260,8 +261,14 @@ extern "C" __attribute__((visibility("default"))) EGLBoolean __egl_Main(uint32_t
     if (!driver_main(version, exports, vendor, imports)) return EGL_FALSE;
     driver_address = imports->getProcAddress;
     imports->getProcAddress = address;
-    imports->isPatchSupported = nullptr;  // a driver that rewrites libglvnd's stubs would take the layer out of the way
-    imports->initiatePatch = nullptr;
+    // Not the driver's: they would take the layer out of the way.
+    imports->isPatchSupported = [](int type, int bytes) -> GLboolean { return type == __GLDISPATCH_STUB_X86_64 && can_rewrite_stubs(bytes); };
+    imports->initiatePatch = [](int, int, DispatchPatchLookupStubOffset lookup) -> GLboolean {
+        rewrite_stubs(lookup, address, driver_address);
+        return GL_TRUE;
+    };
+    imports->releasePatch = nullptr;
+    imports->patchThreadAttach = nullptr;
     for (unsigned i = 0; i < kRowCount; ++i)
         if (kRows[i].core && !*kRows[i].slot) *kRows[i].slot = driver_address(kRows[i].name);
     for (const char* extra : {"glViewportIndexedfOES"}) (void)address(extra);

@@ -67,6 +67,25 @@ TEST(LayerPrograms, AnIdleLayerChangesNoPixelOfAProgramOfManyCalls) {
     EXPECT_EQ(shell(kLayer + "-- " + kBin + "/layer_calls_program").out, plain.out);
 }
 
+// libglvnd lets a vendor rewrite its stubs, but does not have to.
+TEST(LayerPrograms, CallsOfAnIdleLayerGoStraightToTheDriver) {
+    const std::string program = kBin + "/layer_stubs_program";
+#if defined(__x86_64__)
+    EXPECT_EQ(shell(kLayer + "-- " + program).out,
+              "idle: glUniform2f driver, glDrawArrays driver, glGenTextures driver, glGetError layer\n"
+              "foveated: glUniform2f layer, glDrawArrays layer, glGenTextures driver, glGetError layer\n");
+    EXPECT_EQ(shell(kLayer + "--auto -- " + program).out.substr(0, 46), "idle: glUniform2f layer, glDrawArrays layer, g");
+#endif
+    const Ran ran = shell("__GLVND_DISALLOW_PATCHING=1 " + kLayer + "-- " + program);
+    EXPECT_EQ(ran.out.substr(0, 34), "idle: glUniform2f not rewritten, g");
+}
+
+TEST(LayerPrograms, StubsThatMustNotBeRewrittenGiveTheSame) {
+    const std::string longer = "__GLVND_DISALLOW_PATCHING=1 " + kLayer + "-- " + kBin;
+    EXPECT_EQ(shell(longer + "/layer_calls_program").out, shell(kBin + "/layer_calls_program").out);
+    EXPECT_EQ(shell(longer + "/layer_framebuffer_examples").out, shell(kLayer + "-- " + kBin + "/layer_framebuffer_examples").out);
+}
+
 // Both ways in one process, as the measurement of an idle layer takes them; what it finds is no test's business.
 TEST(LayerPrograms, TheDriversFunctionsAndTheLayersRunInOneProcess) {
     const Ran ran = shell(kBin + "/layer_calls_program " FOVEA_TWO_PATHS_LIBRARY " " FOVEA_LAYER_LIBRARY " 4");

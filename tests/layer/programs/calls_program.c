@@ -5,7 +5,8 @@
  * With them: draws frames in pairs, one by the driver's own functions and one by the layer's (two_paths.c), now this one
  * first and now that, and prints for each kind of frame the median over the pairs of the ratio of their processor times
  * (all threads), the middle half of the ratios, and what that is per call. "The driver twice" is the error of this
- * measurement: both frames of a pair by the driver's functions.
+ * measurement: both frames of a pair by the driver's functions. LAYER_LIBRARY may be the driver itself (libEGL_mesa.so.0):
+ * "the idle layer" is then what the two kinds of stubs differ by, those of libglvnd for names that it knows and for others.
  *
  * Kinds of frames, all of 64 x 64 pixels:
  *   changing   1000 draws, 8 calls that change buffers, pointers, textures, uniforms and tests before each

@@ -1,6 +1,6 @@
 /* An EGL vendor library for one measurement (calls_program.c): it loads the layer, which loads the driver, and gives a
  * program both ways to every function in one process and one context. glNAME is the layer's; glNAMEDirect is the driver's,
- * as a program without the layer gets it. Both are reached through stubs of libglvnd that are alike.
+ * as a program without the layer gets it. Both are reached through stubs of libglvnd; the layer may rewrite its own.
  * Environment: TWO_PATHS_LAYER, the file of the layer. */
 #include <dlfcn.h>
 #include <glvnd/libeglabi.h>
