@@ -78,6 +78,8 @@ struct GlExtrapolator::State {
     Extrapolator engine;
     std::unique_ptr<GlPasses> passes;
     GLuint framebuffer = 0;
+    GlWork on_processor_work;       // of the last call, unless that was
+    bool last_in_driver = false;
     std::vector<std::byte> pixels[3], packed;
 
     explicit State(Extrapolator e) : engine(std::move(e)) {}
@@ -132,6 +134,9 @@ GLenum GlExtrapolator::State::on_processor(const GLuint (&names)[3], const Textu
             for (std::size_t k = 0; k < bytes; k += 4) pixels[i][k + 1] = pixels[i][k + 2] = pixels[i][k];
     const ConstImage src1{pixels[0].data(), w, h, row_bytes, held}, src2{pixels[1].data(), w, h, row_bytes, held};
     const Outcome outcome = engine.extrapolate(src1, src2, {pixels[2].data(), w, h, row_bytes, held}, factor, hints);
+    const Report& report = engine.report();
+    const int tiles = ((w + kTilePx - 1) / kTilePx) * ((h + kTilePx - 1) / kTilePx), moving = tiles - static_cast<int>(std::lround(report.static_fraction * static_cast<float>(tiles)));
+    on_processor_work = {tiles, report.repeated && report.levels == 0 ? 0 : moving, report.repeated ? 0 : moving};
     if (outcome != Outcome::ok) return outcome == Outcome::unusable_motion ? GL_INVALID_VALUE : GL_OUT_OF_MEMORY;
     const GLenum layout = channel_count(format) == 4 ? GL_RGBA : channel_count(format) == 3 ? GL_RGB : GL_RED;
     const std::byte* upload = pixels[2].data();
@@ -151,6 +156,7 @@ GLenum GlExtrapolator::State::run(const GLuint (&names)[3], const TextureInfo (&
     const bool aliased = names[2] == names[0] || names[2] == names[1];
     const bool swizzled = infos[0].swizzled || infos[1].swizzled;
     const bool in_driver = on != Backend::processor && passes != nullptr && passes->writes(*infos[0].format) && !aliased && !swizzled && std::isfinite(factor) && hints.motion == nullptr;
+    last_in_driver = in_driver;
     if (!in_driver) {
         GlStateGuard guard(gl, false);
         return on_processor(names, infos, factor, hints);
@@ -158,7 +164,7 @@ GLenum GlExtrapolator::State::run(const GLuint (&names)[3], const TextureInfo (&
     GlStateGuard guard(gl, true);
     const bool from_first = factor < -0.5f;
     const float step = from_first ? -1 - factor : factor;
-    const bool ok = passes->run(names[from_first ? 0 : 1], names[from_first ? 1 : 0], names[2], infos[2].base_level, infos[0].width, infos[0].height, *infos[0].format, step);
+    const bool ok = passes->run(names[from_first ? 0 : 1], infos[from_first ? 0 : 1].base_level, names[from_first ? 1 : 0], names[2], infos[2].base_level, infos[0].width, infos[0].height, *infos[0].format, step);
     return ok && gl.GetError() == GL_NO_ERROR ? static_cast<GLenum>(GL_NO_ERROR) : static_cast<GLenum>(GL_OUT_OF_MEMORY);
 }
 
@@ -309,6 +315,12 @@ GLenum GlExtrapolator::extrapolate(GLuint src1, GLuint src2, GLuint output, floa
     return s.run(names, infos, factor, s.backend, hints);
 }
 
+GlWork GlExtrapolator::work() noexcept {
+    State& s = *state_;
+    if (!s.last_in_driver) return s.on_processor_work;
+    const GlRegions::Counts c = s.passes->tile_counts();
+    return {c.all, c.moving, c.reached};
+}
 Backend GlExtrapolator::backend() const noexcept { return state_->backend; }
 const std::string& GlExtrapolator::reason() const noexcept { return state_->reason; }
 

@@ -28,6 +28,13 @@ struct GlSettings {
     std::optional<Backend> backend;    // nothing: the probe chooses
 };
 
+// What the last call worked on, in tiles of 16x16 pixels (twice that for pictures of more than 8192 pixels).
+struct GlWork {
+    int tiles = 0;      // of the picture, and of the rim that the patches at its far edges need
+    int searched = 0;   // where motion was looked for; none of a still pair
+    int written = 0;    // where the output is more than a copy
+};
+
 class GlExtrapolator {
 public:
     // Needs a current context. Leaves its state as it was. May take a second on a software rasteriser: it compiles and probes.
@@ -41,10 +48,12 @@ public:
     // GL_OUT_OF_MEMORY. Errors that were pending in the context before the call must have been taken by the caller; none is
     // pending after it.
     // Hints are the caller's extra knowledge, rows counted as the textures' own. Known motion is projected by the processor,
-    // whatever the backend; the shaders spend the same effort everywhere, so a gaze changes nothing there.
+    // whatever the backend; the shaders spend the same effort everywhere that anything moves, so a gaze changes nothing there.
     [[nodiscard]] GLenum extrapolate(GLuint src1, GLuint src2, GLuint output, float factor, const Hints& hints = {}) noexcept;
 
     [[nodiscard]] Backend backend() const noexcept;
+    // For counters and tests: on the shader backends it waits for the driver.
+    [[nodiscard]] GlWork work() noexcept;
     // Why that backend: "asked for", or what the probe measured.
     [[nodiscard]] const std::string& reason() const noexcept;
 

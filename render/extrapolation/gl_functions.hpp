@@ -15,23 +15,27 @@ using GlLoader = GlFunction (*)(const char* name);
 #define FOVEA_EXTRAPOLATION_GL(X)                                                                                       \
     X(ActiveTexture, ACTIVETEXTURE) X(AttachShader, ATTACHSHADER) X(BindBuffer, BINDBUFFER)                             \
     X(BindFramebuffer, BINDFRAMEBUFFER) X(BindImageTexture, BINDIMAGETEXTURE) X(BindSampler, BINDSAMPLER)               \
-    X(BindTexture, BINDTEXTURE) X(BindVertexArray, BINDVERTEXARRAY) X(CheckFramebufferStatus, CHECKFRAMEBUFFERSTATUS)   \
+    X(BindTexture, BINDTEXTURE) X(BindVertexArray, BINDVERTEXARRAY) X(BlitFramebuffer, BLITFRAMEBUFFER)                 \
+    X(BufferData, BUFFERDATA) X(CheckFramebufferStatus, CHECKFRAMEBUFFERSTATUS) X(ClearBufferfv, CLEARBUFFERFV)         \
+    X(ClearBufferuiv, CLEARBUFFERUIV) X(DeleteBuffers, DELETEBUFFERS)                                                   \
     X(ColorMask, COLORMASK) X(CompileShader, COMPILESHADER) X(CreateProgram, CREATEPROGRAM)                             \
     X(CreateShader, CREATESHADER) X(DeleteFramebuffers, DELETEFRAMEBUFFERS) X(DeleteProgram, DELETEPROGRAM)             \
     X(DeleteSamplers, DELETESAMPLERS) X(DeleteShader, DELETESHADER) X(DeleteTextures, DELETETEXTURES)                   \
     X(DeleteVertexArrays, DELETEVERTEXARRAYS) X(Disable, DISABLE) X(DispatchCompute, DISPATCHCOMPUTE)                   \
+    X(DispatchComputeIndirect, DISPATCHCOMPUTEINDIRECT) X(DrawArraysIndirect, DRAWARRAYSINDIRECT)                        \
     X(DrawArrays, DRAWARRAYS) X(DrawBuffers, DRAWBUFFERS) X(Enable, ENABLE) X(Finish, FINISH)                           \
-    X(FramebufferTexture2D, FRAMEBUFFERTEXTURE2D) X(GenFramebuffers, GENFRAMEBUFFERS) X(GenSamplers, GENSAMPLERS)       \
+    X(FramebufferTexture2D, FRAMEBUFFERTEXTURE2D) X(GenBuffers, GENBUFFERS) X(GenFramebuffers, GENFRAMEBUFFERS) X(GenSamplers, GENSAMPLERS)       \
     X(GenTextures, GENTEXTURES) X(GenVertexArrays, GENVERTEXARRAYS) X(GetBooleanv, GETBOOLEANV) X(GetError, GETERROR)   \
     X(GetIntegeri_v, GETINTEGERI_V) X(GetIntegerv, GETINTEGERV) X(GetProgramInfoLog, GETPROGRAMINFOLOG)                 \
     X(GetProgramiv, GETPROGRAMIV) X(GetShaderInfoLog, GETSHADERINFOLOG) X(GetShaderiv, GETSHADERIV)                     \
     X(GetString, GETSTRING) X(GetTexLevelParameteriv, GETTEXLEVELPARAMETERIV) X(GetTexParameteriv, GETTEXPARAMETERIV)   \
     X(GetUniformLocation, GETUNIFORMLOCATION) X(IsEnabled, ISENABLED) X(IsTexture, ISTEXTURE)                           \
     X(LinkProgram, LINKPROGRAM) X(PauseTransformFeedback, PAUSETRANSFORMFEEDBACK) X(ResumeTransformFeedback, RESUMETRANSFORMFEEDBACK) \
-    X(MemoryBarrier, MEMORYBARRIER) X(PixelStorei, PIXELSTOREI) X(ReadPixels, READPIXELS)   \
+    X(MapBufferRange, MAPBUFFERRANGE) X(MemoryBarrier, MEMORYBARRIER) X(PixelStorei, PIXELSTOREI) X(ReadPixels, READPIXELS)   \
     X(SamplerParameteri, SAMPLERPARAMETERI) X(ShaderSource, SHADERSOURCE) X(TexParameteri, TEXPARAMETERI)               \
     X(TexStorage2D, TEXSTORAGE2D) X(TexSubImage2D, TEXSUBIMAGE2D) X(Uniform1f, UNIFORM1F) X(Uniform1i, UNIFORM1I)       \
-    X(Uniform2i, UNIFORM2I) X(UseProgram, USEPROGRAM) X(Viewport, VIEWPORT)
+    X(Uniform2i, UNIFORM2I) X(Uniform4i, UNIFORM4I) X(UnmapBuffer, UNMAPBUFFER)                                         \
+    X(UseProgram, USEPROGRAM) X(Viewport, VIEWPORT)
 
 struct GlFunctions {
 #define X(name, type) PFNGL##type##PROC name = nullptr;

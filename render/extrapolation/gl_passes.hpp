@@ -1,9 +1,12 @@
 // The engine as OpenGL ES passes: the same steps as on the processor, each a small kernel that runs as a fragment shader
 // or, where the result is a storable image, as a compute shader.
 //
-//   src1, src2 -> luma of both, tiles (still or not) -> levels       motion per patch, per level, coarse to fine, from near to far
-//              and back: search -> balance x n      ->      spread and check -> smooth -> judge (blocks, cut) -> carry
+//   src1, src2 -> compare: what moves -> luma of both -> levels       motion per patch, per level, coarse to fine, from near to
+//              far and back: search -> balance x n  ->      spread and check -> smooth -> judge (blocks, cut) -> carry
 //                                                   -> background, span -> displacement -> gather -> output
+//   near -> output, where nothing moves
+//
+// The finest level, its motion and the output are worked on where anything moves (gl_regions.hpp); of a still pair, nothing is.
 //
 // The steps are those of the processor's engine; their order is not: neighbours are asked all at once instead of in turn, and
 // what cannot be scattered is looked for. The pictures agree to within 1 dB of each other's error, which
@@ -12,13 +15,12 @@
 #pragma once
 
 #include <memory>
-#include <span>
 #include <vector>
 
 #include "protocol/error.hpp"
 #include "render/extrapolation/extrapolation.hpp"
 #include "render/extrapolation/gl_functions.hpp"
-#include "render/extrapolation/gl_programs.hpp"
+#include "render/extrapolation/gl_regions.hpp"
 #include "render/extrapolation/tuning.hpp"
 
 namespace fovea::render::extrapolation {
@@ -31,11 +33,14 @@ public:
     // Whether an output of this internal format can be written at all by a pass.
     [[nodiscard]] bool writes(Format format) const noexcept;
     // `near` is moved by `step` frame times away from `far`. A GlStateGuard with passes is alive. False: out of memory.
-    bool run(GLuint near, GLuint far, GLuint output, int output_level, int width_px, int height_px, Format format, float step) noexcept;
+    bool run(GLuint near, int near_level, GLuint far, GLuint output, int output_level, int width_px, int height_px, Format format, float step) noexcept;
 
     // The base level of a texture that cannot be attached to a framebuffer, as four floats per pixel. A GlStateGuard with
     // passes is alive. False: the driver cannot draw to RGBA32F either.
     bool read_floats(GLuint texture, int width_px, int height_px, void* rgba) noexcept;
+
+    // Of the last run. Waits for the driver.
+    [[nodiscard]] GlRegions::Counts tile_counts() noexcept { return regions_.counts(); }
 
 private:
     struct Level {
@@ -46,33 +51,23 @@ private:
     [[nodiscard]] Result<void> build(bool compute);
     bool prepare(int width_px, int height_px) noexcept;
     void release_images() noexcept;
-    [[nodiscard]] GLuint make_image(int width, int height, GLenum format = GL_RGBA16F) noexcept;
     [[nodiscard]] GLuint make_padded(int width, int height, GLenum format = GL_RGBA16F) noexcept;
-
-    void use(const GlProgram& program) noexcept;
-    void use(Kernel kernel) noexcept { use(programs_.of(kernel)); }
-    void bind(int unit, GLuint texture) noexcept;
-    void set_size(int x, int y) noexcept { gl_.Uniform2i(current_.size, x, y); }
-    void set_cell(int px) noexcept { gl_.Uniform1i(current_.cell, px); }
-    void set_rounds(int n) noexcept { gl_.Uniform1i(current_.rounds, n); }
-    void set_reach(float v) noexcept { gl_.Uniform1f(current_.reach, v); }
-    // Runs the kernel in use over an image in between.
-    void pass(Kernel kernel, GLuint target, int width, int height, GLenum format = GL_RGBA16F) noexcept;
-    void draw(GLuint texture, int level, int width, int height) noexcept;
-    void draw_several(std::span<const GLuint> textures, int width, int height) noexcept;
 
     void make_levels(GLuint near, GLuint far, Format format) noexcept;
     void search_level(std::size_t l, bool back) noexcept;
     [[nodiscard]] GLuint find_motion() noexcept;                        // per cell: motion, trust
     [[nodiscard]] GLuint carry(GLuint motion, float step) noexcept;     // per cell: where the output comes from
 
+    // Patches and cells where anything moves; a level is worked on as a whole but for the finest.
+    [[nodiscard]] Over patches_of(std::size_t level) const noexcept;
+
     const GlFunctions& gl_;
     Tuning tuning_;
-    GlPrograms programs_;
-    GlProgram current_;
+    GlRunner runner_;
+    GlRegions regions_;
+    bool compute_ = false;
     int cell_px_ = 4;
-    GLuint array_ = 0, framebuffer_ = 0, several_ = 0, linear_ = 0, nearest_ = 0;
-    GLuint same_ = 0, tiles_ = 0, blocks_ = 0, counts_ = 0, verdict_ = 0, background_ = 0, spans_[2] = {}, dense_[3] = {};   // dense: per cell
+    GLuint tiles_ = 0, blocks_ = 0, counts_ = 0, verdict_ = 0, background_ = 0, spans_[2] = {}, dense_[3] = {};   // dense: per cell
     std::vector<Level> levels_;
     int width_px_ = 0, height_px_ = 0;
     bool float_outputs_ = false;

@@ -5,19 +5,46 @@
 
 #include "render/extrapolation/gl_shaders.hpp"
 #include "render/extrapolation/gl_shaders_field.hpp"
+#include "render/extrapolation/gl_shaders_regions.hpp"
 
 namespace fovea::render::extrapolation {
 
 namespace {
 
-// `computed`: worth a compute shader. `own_main`: draws to several images at once.
-constexpr struct {
+// `computed`: worth a compute shader. `words`: RESULT is a uvec4. `own_main`: draws to two images at once.
+struct Row {
     const char* source;
-    bool computed, own_main;
-} kTable[] = {{shaders::kLuma, false, true},      {shaders::kTiles, false, false},  {shaders::kHalve, false, true},    {shaders::kSearch, true, false},
-              {shaders::kBalance, true, false},   {shaders::kSpread, true, false},  {shaders::kSmooth, false, false},  {shaders::kJudge, true, false},
-              {shaders::kCount, false, false},    {shaders::kVerdict, false, false}, {shaders::kCarry, false, false},  {shaders::kBackground, false, false},
-              {shaders::kSpan, false, false},     {shaders::kWiden, false, false},  {shaders::kDisplacement, true, false}, {shaders::kFill, false, false}, {shaders::kCopy, false, false}};
+    bool computed = false, words = false, own_main = false;
+};
+constexpr Row kTable[] = {{.source = shaders::kCompare},
+                          {.source = shaders::kStill},
+                          {.source = shaders::kMoving},
+                          {.source = shaders::kReached},
+                          {.source = shaders::kBlocks},
+                          {.source = shaders::kRuns},
+                          {.source = shaders::kRectangles},
+                          {.source = shaders::kRowCount, .words = true},
+                          {.source = shaders::kPrefix, .words = true},
+                          {.source = shaders::kList, .words = true},
+                          {.source = shaders::kArgs, .words = true},
+                          {.source = shaders::kNearLuma, .own_main = true},
+                          {.source = shaders::kFarLuma},
+                          {.source = shaders::kTiles},
+                          {.source = shaders::kHalve, .own_main = true},
+                          {.source = shaders::kSearch, .computed = true, .words = true},
+                          {.source = shaders::kBalance, .computed = true},
+                          {.source = shaders::kSpread},
+                          {.source = shaders::kSmooth},
+                          {.source = shaders::kJudge},
+                          {.source = shaders::kCount},
+                          {.source = shaders::kVerdict},
+                          {.source = shaders::kCarry},
+                          {.source = shaders::kBackground},
+                          {.source = shaders::kSpan},
+                          {.source = shaders::kWiden},
+                          {.source = shaders::kDisplacement},
+                          {.source = shaders::kFill},
+                          {.source = shaders::kCopy}};
 static_assert(std::size(kTable) == kKernels);
 
 GLuint compile(const GlFunctions& gl, GLenum kind, const std::string& text, std::string& log) {
@@ -35,20 +62,19 @@ GLuint compile(const GlFunctions& gl, GLenum kind, const std::string& text, std:
     return 0;
 }
 
-// A name of 0 and a log where a stage does not compile or the program does not link. `image_format`: a compute shader's.
-GlProgram link(const GlFunctions& gl, const std::string& body, const char* image_format, bool own_main, std::string& log) {
-    const bool words = body == shaders::kSearch;   // its result is a packed patch
-    const std::string text = std::string(shaders::kHead) + (words ? "#define RESULT uvec4\n#define IMAGE uimage2D\n" : "#define RESULT vec4\n#define IMAGE image2D\n") + shaders::kPatch + body;
+// A name of 0 and a log where a stage does not compile or the program does not link.
+GlProgram link(const GlFunctions& gl, const std::string& body, bool compute, const Row& row, std::string& log) {
+    const std::string text = std::string(shaders::kHead) + (row.words ? "#define RESULT uvec4\n#define IMAGE uimage2D\n" : "#define RESULT vec4\n#define IMAGE image2D\n") + shaders::kPatch + body;
     GLuint stages[2] = {};
     bool compiled;
-    if (image_format != nullptr) {
-        char main_text[512];
-        std::snprintf(main_text, sizeof main_text, shaders::kComputeMain, image_format);
+    if (compute) {
+        char main_text[1024];
+        std::snprintf(main_text, sizeof main_text, shaders::kComputeMain, row.words ? "rgba32ui" : "rgba16f");
         stages[0] = compile(gl, GL_COMPUTE_SHADER, text + main_text, log);
         compiled = stages[0] != 0;
     } else {
         stages[0] = compile(gl, GL_VERTEX_SHADER, shaders::kVertex, log);
-        stages[1] = compile(gl, GL_FRAGMENT_SHADER, own_main ? text : text + shaders::kFragmentMain, log);
+        stages[1] = compile(gl, GL_FRAGMENT_SHADER, row.own_main ? text : text + shaders::kFragmentMain, log);
         compiled = stages[0] != 0 && stages[1] != 0;
     }
     GlProgram p;
@@ -74,6 +100,7 @@ GlProgram link(const GlFunctions& gl, const std::string& body, const char* image
     p.rounds = gl.GetUniformLocation(p.name, "rounds");
     p.step_px = gl.GetUniformLocation(p.name, "step_px");
     p.reach = gl.GetUniformLocation(p.name, "reach");
+    p.place = gl.GetUniformLocation(p.name, "place");
     return p;
 }
 
@@ -86,13 +113,13 @@ Result<void> GlPrograms::build(bool compute) {
     std::string log;
     const auto failed = [&] { return fail("an extrapolation shader does not build: " + log, "GL", "use the processor's backend"); };
     for (int k = 0; k < kKernels; ++k) {
-        const bool words = kTable[k].source == shaders::kSearch;
-        kernels_[k] = link(gl_, kTable[k].source, compute && kTable[k].computed ? (words ? "rgba32ui" : "rgba16f") : nullptr, kTable[k].own_main, log);
+        const Row& row = kTable[k];
+        kernels_[k] = link(gl_, row.source, compute && row.computed, row, log);
         if (kernels_[k].name == 0) return failed();
     }
     const std::string bytes = std::string(shaders::kGatherHead) + shaders::kGatherBytes, floats = std::string(shaders::kGatherHead) + shaders::kGatherFloats;
     for (int i = 0; i < 2; ++i) {
-        gathers_[i] = link(gl_, i == 0 ? bytes : floats, nullptr, false, log);
+        gathers_[i] = link(gl_, i == 0 ? bytes : floats, false, {}, log);
         if (gathers_[i].name == 0) return failed();
     }
     return {};

@@ -1,4 +1,4 @@
-// The kernels of gl_shaders.hpp and gl_shaders_field.hpp as programs of a context.
+// The kernels of gl_shaders*.hpp as programs of a context.
 //
 // Errors: build() tells what the driver's compiler says.
 // Threads: the context's thread.
@@ -13,12 +13,12 @@ namespace fovea::render::extrapolation {
 // A linked program and where its uniforms are; -1: it has none of that name, and setting it does nothing.
 struct GlProgram {
     GLuint name = 0;
-    GLint size = -1, cell = -1, rounds = -1, step_px = -1, reach = -1;
+    GLint size = -1, cell = -1, rounds = -1, step_px = -1, reach = -1, place = -1;
 };
 
 // In the order of their run; kCopy reads a texture that cannot be attached.
-enum class Kernel : std::uint8_t { luma, tiles, halve, search, balance, spread, smooth, judge, count, verdict, carry, background, span, widen, displacement, fill, copy };
-inline constexpr int kKernels = 17;
+enum class Kernel : std::uint8_t { compare, still, moving, reached, blocks, runs, rectangles, row_count, prefix, list, args, near_luma, far_luma, tiles, halve, search, balance, spread, smooth, judge, count, verdict, carry, background, span, widen, displacement, fill, copy };
+inline constexpr int kKernels = 29;
 
 class GlPrograms {
 public:

@@ -35,19 +35,36 @@ float between(sampler2D image, vec2 p) {
 }
 )";
 
+// Everything, or the rectangles of a list; place: texels per tile (0: everything), 0, the target's size.
 inline constexpr const char* kVertex = R"(#version 310 es
-void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0); }
+layout(binding = 5) uniform highp usampler2D places;
+uniform ivec4 place;
+void main() {
+    vec2 p = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
+    if (place.x > 0) {
+        uvec2 words = texelFetch(places, ivec2(gl_InstanceID & 255, gl_InstanceID >> 8), 0).xy;
+        vec2 corner = vec2(words.x & 0xffffu, words.x >> 16) + vec2(words.y & 0xffffu, words.y >> 16) * vec2(gl_VertexID & 1, gl_VertexID >> 1);
+        p = 2.0 * corner * float(place.x) / vec2(place.zw) - 1.0;
+    }
+    gl_Position = vec4(p, 0.0, 1.0);
+}
 )";
 inline constexpr const char* kFragmentMain = R"(
 layout(location = 0) out RESULT color;
 void main() { color = kernel(ivec2(gl_FragCoord.xy)); }
 )";
-// %s: the image's format qualifier.
+// %s: the image's format qualifier. Of a list a work group's x is the block, y and z say which part of it.
 inline constexpr const char* kComputeMain = R"(
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(%s, binding = 0) writeonly uniform highp IMAGE target;
+layout(binding = 5) uniform highp usampler2D places;
+uniform ivec4 place;
 void main() {
     ivec2 at = ivec2(gl_GlobalInvocationID.xy);
+    if (place.x > 0) {
+        uint word = texelFetch(places, ivec2(gl_WorkGroupID.x & 255u, gl_WorkGroupID.x >> 8), 0).x;
+        at = place.x * ivec2(word & 0xffffu, word >> 16) + 8 * ivec2(gl_WorkGroupID.yz) + ivec2(gl_LocalInvocationID.xy);
+    }
     if (all(lessThan(at, imageSize(target)))) imageStore(target, at, kernel(at));
 }
 )";
@@ -56,51 +73,46 @@ inline constexpr const char* kCopy = R"(
 vec4 kernel(ivec2 at) { return texelFetch(image0, at, 0); }
 )";
 
-// Luma of a cell in both pictures, 0 to 255, and whether the cell is the same in both, bit for bit. `reach` 1: float pictures,
-// mapped to x / (1 + x). `rounds` 1: one channel, taken as grey.
-inline constexpr const char* kLuma = R"(//K luma
+// Luma of a cell of image0, 0 to 255. `reach` 1: float pictures, mapped to x / (1 + x). `rounds` 1: one channel, taken as grey.
+#define FOVEA_LUMA                                                                                                           \
+    "float luma(vec4 p) {\n"                                                                                                 \
+    "    if (rounds == 1) p.rgb = p.rrr;\n"                                                                                  \
+    "    float l = dot(p.rgb, vec3(0.299, 0.587, 0.114));\n"                                                                 \
+    "    l = l > 0.0 && l < 1e30 ? l : 0.0;\n"                                                                               \
+    "    if (reach > 0.0) l = l / (1.0 + l);\n"                                                                              \
+    "    return 0.75 * l + 0.25 * (p.a > 0.0 ? min(p.a, 1.0) : 0.0);\n"                                                      \
+    "}\n"                                                                                                                    \
+    "vec4 cell_luma(ivec2 at) {\n"                                                                                           \
+    "    float sum = 0.0;\n"                                                                                                 \
+    "    for (int y = 0; y < cell; ++y)\n"                                                                                   \
+    "        for (int x = 0; x < cell; ++x) sum += luma(texelFetch(image0, min(cell * at + ivec2(x, y), size - 1), 0));\n"   \
+    "    return vec4(sum * (255.0 / float(cell * cell)), 0.0, 0.0, 1.0);\n"                                                  \
+    "}\n"
+// Of the nearer source, and for now of the farther: they are the same where nothing differs.
+inline constexpr const char* kNearLuma = "//K near luma\n" FOVEA_LUMA R"(
 layout(location = 0) out vec4 near_luma;
 layout(location = 1) out vec4 far_luma;
-layout(location = 2) out vec4 same;
-float luma(vec4 p) {
-    if (rounds == 1) p.rgb = p.rrr;
-    float l = dot(p.rgb, vec3(0.299, 0.587, 0.114));
-    l = l > 0.0 && l < 1e30 ? l : 0.0;
-    if (reach > 0.0) l = l / (1.0 + l);
-    return 0.75 * l + 0.25 * (p.a > 0.0 ? min(p.a, 1.0) : 0.0);
-}
-void main() {
-    ivec2 first = cell * ivec2(gl_FragCoord.xy);
-    vec2 sum = vec2(0.0);
-    uvec4 differs = uvec4(0u);
-    for (int y = 0; y < cell; ++y)
-        for (int x = 0; x < cell; ++x) {
-            ivec2 p = min(first + ivec2(x, y), size - 1);
-            vec4 near = texelFetch(image0, p, 0), far = texelFetch(image1, p, 0);
-            differs |= floatBitsToUint(near) ^ floatBitsToUint(far);
-            sum += vec2(luma(near), luma(far));
-        }
-    sum *= 255.0 / float(cell * cell);
-    near_luma = vec4(sum.x, 0.0, 0.0, 1.0);
-    far_luma = vec4(sum.y, 0.0, 0.0, 1.0);
-    same = vec4(differs == uvec4(0u) ? 1.0 : 0.0);
-}
+void main() { near_luma = far_luma = cell_luma(ivec2(gl_FragCoord.xy)); }
 )";
+// Of the farther, where it does.
+inline constexpr const char* kFarLuma = "//K far luma\n" FOVEA_LUMA R"(
+vec4 kernel(ivec2 at) { return cell_luma(at); }
+)";
+#undef FOVEA_LUMA
 
-// x: 1 where all cells of a tile of 16x16 pixels are the same. y: 1 where such a tile has anything in it that shows that it
-// stands still. image0: `same` of kLuma, image1: near luma; size: of both.
+// x: 1 where a tile of 16x16 pixels is the same in both sources. y: 1 where such a tile has anything in it that shows that it
+// stands still. image0: those that are the same, image1: near luma; size: of that.
 inline constexpr const char* kTiles = R"(//K tiles
 vec4 kernel(ivec2 at) {
-    int n = 16 / cell;
+    int n = texelFetch(image0, at, 0).r > 0.5 ? 16 / cell : 0;
     float low = 1e9, high = -1e9;
     for (int y = n * at.y; y < min(n * at.y + n, size.y); ++y)
         for (int x = n * at.x; x < min(n * at.x + n, size.x); ++x) {
-            if (texelFetch(image0, ivec2(x, y), 0).r < 0.5) return vec4(0.0);
             float l = texelFetch(image1, ivec2(x, y), 0).r;
             low = min(low, l);
             high = max(high, l);
         }
-    return vec4(1.0, high - low > 0.02 ? 1.0 : 0.0, 0.0, 1.0);
+    return vec4(n > 0 ? 1.0 : 0.0, high - low > 0.02 ? 1.0 : 0.0, 0.0, 1.0);
 }
 )";
 

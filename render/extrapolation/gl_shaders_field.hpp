@@ -51,8 +51,13 @@ vec4 kernel(ivec2 at) {
     ivec2 finest = textureSize(image0, 0), here = size;
     float per = 1.0 / float(1 << rounds), n = 0.0, cells = 0.0;
     vec3 sums = vec3(0.0), squares = vec3(0.0);
-    for (int y = 8 * at.y; y < min(8 * at.y + 8, here.y); ++y)
-        for (int x = 8 * at.x; x < min(8 * at.x + 8, here.x); ++x) {
+    ivec2 tile = (8 * at << rounds) * cell / 16, tiles = textureSize(image3, 0) - 1;
+    // All four tiles of a block of 32 pixels; of 16, the same one four times.
+    float known = 1.0;
+    for (int k = 0; k < 4; ++k) known = min(known, texelFetch(image3, min(((8 * at + 7 * ivec2(k & 1, k >> 1)) << rounds) * cell / 16, tiles), 0).x);
+    ivec2 end = known > 0.5 ? ivec2(0) : min(8 * at + 8, here);
+    for (int y = 8 * at.y; y < end.y; ++y)
+        for (int x = 8 * at.x; x < end.x; ++x) {
             cells += 1.0;
             vec2 m = texelFetch(image0, min(ivec2(x, y) << rounds, finest - 1), 0).xy * per;
             vec2 t = vec2(x, y) + m;
@@ -64,10 +69,11 @@ vec4 kernel(ivec2 at) {
             sums += v;
             squares += v * v;
         }
+    if (known > 0.5) return vec4(1.0, 1.0, 0.0, 1.0);   // explained, by standing still
     if (2.0 * n < cells) return vec4(1.0, 0.0, 0.0, 1.0);
     vec3 variance = squares / n - (sums / n) * (sums / n);   // of the luma, of standing still, of the motion
     bool textured = variance.x > 4.0;
-    bool still = texelFetch(image3, (8 * at << rounds) * cell / 16, 0).r > 0.5;
+    bool still = texelFetch(image3, tile, 0).r > 0.5;
     bool worse = variance.z > 0.97 * variance.y + 0.5 || (textured && variance.z > 1.2 * variance.x);
     return vec4(worse ? 0.0 : 1.0, textured ? 1.0 : 0.0, textured && variance.z > 0.5 * variance.x && !still ? 1.0 : 0.0, 1.0);
 }
@@ -207,8 +213,14 @@ vec4 kernel(ivec2 at) {
 
 // Holes take the motion of what lies behind: of the nearest cells to four sides that something landed on, the one that moves
 // most like the background. A surface that grows tears open by a cell or two: what stands on both sides goes on there,
-// whatever lies further off. image0: of kDisplacement; size: of it.
+// whatever lies further off. image0: of kDisplacement, with -1 in w where nothing moves; image1: the background; size: of image0.
 inline constexpr const char* kFill = R"(//K fill
+// As of kDisplacement, of what stands still.
+float front(ivec2 p) {
+    vec3 e = vec3(1.0, vec2(p) / vec2(size));
+    vec2 d = vec2(dot(texelFetch(image1, ivec2(0, 0), 0).xyz, e), dot(texelFetch(image1, ivec2(1, 0), 0).xyz, e));
+    return min(dot(d, d), 6e4);
+}
 vec4 kernel(ivec2 at) {
     vec4 own = texelFetch(image0, at, 0);
     int ways = own.z > 0.5 ? 4 : 0, reachable = 48, nearest = 0;
@@ -233,6 +245,7 @@ vec4 kernel(ivec2 at) {
             distance_before = found;
         }
         if (found == 0) continue;
+        if (there.w < 0.0) there.w = front(at + found * way(k));
         if (nearest == 0 || found < nearest) nearest = found;
         if (there.w < pair.w || (there.w == pair.w && found < distance_pair)) { pair = there; distance_pair = found; }
         if (!torn && (there.w < chosen.w || (there.w == chosen.w && found < distance_chosen))) { chosen = there; distance_chosen = found; }

@@ -48,6 +48,8 @@ GlStateGuard::GlStateGuard(const GlFunctions& gl, bool passes) noexcept : gl_(gl
     gl.GetIntegerv(GL_TRANSFORM_FEEDBACK_PAUSED, &feedback_paused);
     paused_ = feedback != 0 && feedback_paused == 0;
     if (paused_) gl.PauseTransformFeedback();
+    gl.GetIntegerv(GL_DRAW_INDIRECT_BUFFER_BINDING, &draw_buffer_);
+    gl.GetIntegerv(GL_DISPATCH_INDIRECT_BUFFER_BINDING, &dispatch_buffer_);
     gl.GetIntegerv(GL_CURRENT_PROGRAM, &program_);
     gl.GetIntegerv(GL_VERTEX_ARRAY_BINDING, &array_);
     gl.GetIntegerv(GL_VIEWPORT, viewport_.data());
@@ -76,6 +78,8 @@ GlStateGuard::~GlStateGuard() {
     gl.ActiveTexture(static_cast<GLenum>(active_));
     if (!passes_) return;
     gl.BindImageTexture(0, static_cast<GLuint>(image_.name), image_.level, image_.layered != 0, image_.layer, static_cast<GLenum>(image_.access), static_cast<GLenum>(image_.format));
+    gl.BindBuffer(GL_DRAW_INDIRECT_BUFFER, static_cast<GLuint>(draw_buffer_));
+    gl.BindBuffer(GL_DISPATCH_INDIRECT_BUFFER, static_cast<GLuint>(dispatch_buffer_));
     gl.UseProgram(static_cast<GLuint>(program_));
     gl.BindVertexArray(static_cast<GLuint>(array_));
     gl.Viewport(viewport_[0], viewport_[1], viewport_[2], viewport_[3]);

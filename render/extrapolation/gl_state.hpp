@@ -11,7 +11,7 @@ namespace fovea::render::extrapolation {
 
 class GlStateGuard {
 public:
-    static constexpr int kUnits = 5;   // texture units 0 to kUnits - 1 are used
+    static constexpr int kUnits = 6;   // texture units 0 to kUnits - 1 are used
 
     // Afterwards: no pixel buffers, default pixel storage, and no test or mask between a draw and its target.
     // `passes`: shaders will run; false: only pixels are read and written.
@@ -26,7 +26,7 @@ private:
     };
     const GlFunctions& gl_;
     bool passes_;
-    GLint read_framebuffer_ = 0, draw_framebuffer_ = 0, pack_buffer_ = 0, unpack_buffer_ = 0, active_ = 0, program_ = 0, array_ = 0;
+    GLint read_framebuffer_ = 0, draw_framebuffer_ = 0, pack_buffer_ = 0, unpack_buffer_ = 0, draw_buffer_ = 0, dispatch_buffer_ = 0, active_ = 0, program_ = 0, array_ = 0;
     std::array<GLint, 10> storage_{};
     std::array<GLint, kUnits> textures_{}, samplers_{};
     Image image_{};   // unit 0, the only one used

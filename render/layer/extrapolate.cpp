@@ -17,6 +17,7 @@ void delete_all(GLsizei n, const GLuint* names, void (Graveyard::*bury)(GLuint),
     for (GLsizei i = 0; i < n; ++i) (t_graveyard->*bury)(names[i]);
 }
 void GL_APIENTRY delete_textures(GLsizei n, const GLuint* names) { delete_all(n, names, &Graveyard::texture, gl.DeleteTextures); }
+void GL_APIENTRY delete_buffers(GLsizei n, const GLuint* names) { delete_all(n, names, &Graveyard::buffer, gl.DeleteBuffers); }
 void GL_APIENTRY delete_samplers(GLsizei n, const GLuint* names) { delete_all(n, names, &Graveyard::sampler, gl.DeleteSamplers); }
 void GL_APIENTRY delete_program(GLuint name) { t_graveyard ? t_graveyard->program(name) : gl.DeleteProgram(name); }
 // Contexts do not share these: they go with theirs.
@@ -28,6 +29,7 @@ void (*engine_function(const char* name))() {
         const char* name;
         void (*call)();
     } kDeletions[] = {{"glDeleteTextures", reinterpret_cast<void (*)()>(&delete_textures)},
+                      {"glDeleteBuffers", reinterpret_cast<void (*)()>(&delete_buffers)},
                       {"glDeleteSamplers", reinterpret_cast<void (*)()>(&delete_samplers)},
                       {"glDeleteProgram", reinterpret_cast<void (*)()>(&delete_program)},
                       {"glDeleteFramebuffers", reinterpret_cast<void (*)()>(&delete_framebuffers)},

@@ -37,7 +37,7 @@ std::vector<Entry> state_now() {
     FOVEA_STATE(GL_DRAW_FRAMEBUFFER_BINDING); FOVEA_STATE(GL_READ_FRAMEBUFFER_BINDING); FOVEA_STATE(GL_RENDERBUFFER_BINDING);
     FOVEA_STATE(GL_ARRAY_BUFFER_BINDING); FOVEA_STATE(GL_ELEMENT_ARRAY_BUFFER_BINDING); FOVEA_STATE(GL_PIXEL_PACK_BUFFER_BINDING);
     FOVEA_STATE(GL_PIXEL_UNPACK_BUFFER_BINDING); FOVEA_STATE(GL_UNIFORM_BUFFER_BINDING); FOVEA_STATE(GL_SHADER_STORAGE_BUFFER_BINDING);
-    FOVEA_STATE(GL_DISPATCH_INDIRECT_BUFFER_BINDING); FOVEA_STATE(GL_TRANSFORM_FEEDBACK_BINDING); FOVEA_STATE(GL_TRANSFORM_FEEDBACK_ACTIVE);
+    FOVEA_STATE(GL_DISPATCH_INDIRECT_BUFFER_BINDING); FOVEA_STATE(GL_DRAW_INDIRECT_BUFFER_BINDING); FOVEA_STATE(GL_TRANSFORM_FEEDBACK_BINDING); FOVEA_STATE(GL_TRANSFORM_FEEDBACK_ACTIVE);
     FOVEA_STATE(GL_TRANSFORM_FEEDBACK_PAUSED);
     FOVEA_STATE(GL_PACK_ALIGNMENT); FOVEA_STATE(GL_PACK_ROW_LENGTH); FOVEA_STATE(GL_PACK_SKIP_PIXELS); FOVEA_STATE(GL_PACK_SKIP_ROWS);
     FOVEA_STATE(GL_UNPACK_ALIGNMENT); FOVEA_STATE(GL_UNPACK_ROW_LENGTH); FOVEA_STATE(GL_UNPACK_SKIP_PIXELS); FOVEA_STATE(GL_UNPACK_SKIP_ROWS);
@@ -95,7 +95,7 @@ protected:
     // Sets everything to something unusual; each piece of it would reach a pass, an upload or a read that did not look after itself.
     void disturb(const Picture& p) {
         gl().GenFramebuffers(2, framebuffers_);
-        gl().GenSamplers(5, samplers_);
+        gl().GenSamplers(6, samplers_);
         gl().GenVertexArrays(1, &array_);
         FOVEA_PROC(GENBUFFERS, GenBuffers)(3, buffers_);
         for (const GLuint b : buffers_) {
@@ -105,10 +105,12 @@ protected:
         gl().BindVertexArray(array_);
         gl().BindBuffer(GL_ARRAY_BUFFER, buffers_[2]);
         gl().BindBuffer(GL_PIXEL_PACK_BUFFER, buffers_[0]);
+        gl().BindBuffer(GL_DRAW_INDIRECT_BUFFER, buffers_[0]);
+        gl().BindBuffer(GL_DISPATCH_INDIRECT_BUFFER, buffers_[1]);
         gl().BindBuffer(GL_PIXEL_UNPACK_BUFFER, buffers_[1]);
         FOVEA_PROC(BINDBUFFERBASE, BindBufferBase)(GL_SHADER_STORAGE_BUFFER, 0, buffers_[2]);
         const GLuint target = texture_of_this(p), other = texture_of_this(p);
-        for (GLuint unit = 0; unit < 5; ++unit) {
+        for (GLuint unit = 0; unit < 6; ++unit) {
             gl().ActiveTexture(GL_TEXTURE0 + unit);
             gl().BindTexture(GL_TEXTURE_2D, unit % 2 == 0 ? target : other);
             gl().SamplerParameteri(samplers_[unit], GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
@@ -151,15 +153,15 @@ protected:
             gl().PixelStorei(name, 0);
         gl().PixelStorei(GL_PACK_ALIGNMENT, 4);
         gl().PixelStorei(GL_UNPACK_ALIGNMENT, 4);
-        for (const GLenum target : {GL_PIXEL_PACK_BUFFER, GL_PIXEL_UNPACK_BUFFER, GL_ARRAY_BUFFER, GL_SHADER_STORAGE_BUFFER}) gl().BindBuffer(target, 0);
+        for (const GLenum target : {GL_PIXEL_PACK_BUFFER, GL_PIXEL_UNPACK_BUFFER, GL_ARRAY_BUFFER, GL_SHADER_STORAGE_BUFFER, GL_DRAW_INDIRECT_BUFFER, GL_DISPATCH_INDIRECT_BUFFER}) gl().BindBuffer(target, 0);
         gl().BindVertexArray(0);
         gl().BindFramebuffer(GL_FRAMEBUFFER, 0);
         gl().BindImageTexture(0, 0, 0, GL_FALSE, 0, GL_READ_ONLY, GL_R32UI);
-        for (GLuint unit = 0; unit < 5; ++unit) gl().BindSampler(unit, 0);
+        for (GLuint unit = 0; unit < 6; ++unit) gl().BindSampler(unit, 0);
         gl().ActiveTexture(GL_TEXTURE0);
         gl().BindTexture(GL_TEXTURE_2D, 0);
         gl().DeleteFramebuffers(2, framebuffers_);
-        gl().DeleteSamplers(5, samplers_);
+        gl().DeleteSamplers(6, samplers_);
         gl().DeleteVertexArrays(1, &array_);
         FOVEA_PROC(DELETEBUFFERS, DeleteBuffers)(3, buffers_);
     }
@@ -174,7 +176,7 @@ protected:
 
 private:
     static constexpr GLenum kOn[] = {GL_BLEND, GL_CULL_FACE, GL_DEPTH_TEST, GL_STENCIL_TEST, GL_SCISSOR_TEST, GL_RASTERIZER_DISCARD, GL_SAMPLE_ALPHA_TO_COVERAGE, GL_SAMPLE_COVERAGE, GL_SAMPLE_MASK};
-    GLuint framebuffers_[2] = {}, samplers_[5] = {}, array_ = 0, buffers_[3] = {};
+    GLuint framebuffers_[2] = {}, samplers_[6] = {}, array_ = 0, buffers_[3] = {};
 };
 
 TEST_F(ExtrapolationGlState, NothingOfItChangesAndNothingOfItReachesTheResult) {

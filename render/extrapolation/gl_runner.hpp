@@ -1,0 +1,90 @@
+// Runs kernels: which program, which images, over which part of an image.
+//
+// A pass goes over everything, over everything if anything moves, or over a list of tiles. How long a list is only the driver
+// knows: draws and dispatches take their counts from a buffer that it has filled, and nothing is read back.
+//
+//   args buffer, 16 bytes each:   draw `reached`, its tiles, draw `moving`, its tiles, draw everything, dispatch `moving`, a level x n
+//
+// Threads: the context's thread.
+#pragma once
+
+#include <span>
+
+#include "render/extrapolation/gl_functions.hpp"
+#include "render/extrapolation/gl_programs.hpp"
+
+namespace fovea::render::extrapolation {
+
+// The tiles where anything differs and those beside them; those that anything may land in.
+enum class List : std::uint8_t { moving, reached };
+
+// Where in the args buffer, in units of 16 bytes.
+struct Args {
+    static constexpr int kReached = 0;   // to draw the list; then how many tiles it has
+    static constexpr int kMoving = 2;
+    static constexpr int kDrawAny = 4;   // one triangle, or none
+    static constexpr int kPatches = 5;   // the work groups of the patches of `moving`
+    static constexpr int kLevel = 6;     // the work groups of the patches of each level
+    static constexpr int kBytes = 16;
+};
+
+// Where a pass goes.
+struct Over {
+    enum class What : std::uint8_t { everything, everything_if_any, list } what = What::everything;
+    List list = List::moving;
+    int texel_px = 1;    // pixels of the picture per texel of the target
+    int dispatch = 0;    // Args entry of a computed pass that is not over everything
+};
+[[nodiscard]] constexpr Over over_all() noexcept { return {}; }
+[[nodiscard]] constexpr Over over_all_if_any(int dispatch = Args::kLevel) noexcept { return {Over::What::everything_if_any, List::moving, 1, dispatch}; }
+[[nodiscard]] constexpr Over over(List list, int texel_px) noexcept { return {Over::What::list, list, texel_px, Args::kPatches}; }
+
+class GlRunner {
+public:
+    explicit GlRunner(const GlFunctions& gl) noexcept : gl_(gl), programs_(gl) {}
+    ~GlRunner();
+    GlRunner(const GlRunner&) = delete;
+    GlRunner& operator=(const GlRunner&) = delete;
+    [[nodiscard]] Result<void> build(bool compute);
+
+    // A GlStateGuard with passes is alive, here and below.
+    void begin() noexcept;
+    // See gl_regions.hpp.
+    void set_lists(GLuint args_buffer, GLuint moving, GLuint reached, int tile_px, GLuint moving_blocks, int block_px) noexcept;
+
+    void use(const GlProgram& program) noexcept;
+    void use(Kernel kernel) noexcept { use(programs_.of(kernel)); }
+    void bind(int unit, GLuint texture) noexcept;
+    void sample_linearly(int unit) noexcept { gl_.BindSampler(static_cast<GLuint>(unit), linear_); }
+    void set_size(int x, int y) noexcept { gl_.Uniform2i(current_.size, x, y); }
+    void set_cell(int px) noexcept { gl_.Uniform1i(current_.cell, px); }
+    void set_rounds(int n) noexcept { gl_.Uniform1i(current_.rounds, n); }
+    void set_reach(float v) noexcept { gl_.Uniform1f(current_.reach, v); }
+    void set_step(float px) noexcept { gl_.Uniform1f(current_.step_px, px); }
+
+    // Runs the kernel in use over an image in between.
+    void pass(Kernel kernel, GLuint target, int width, int height, const Over& where, GLenum format = GL_RGBA16F) noexcept;
+    void draw(GLuint texture, int level, int width, int height, const Over& where) noexcept;
+    void draw_several(std::span<const GLuint> textures, int width, int height, const Over& where) noexcept;
+    void copy(GLuint from, int from_level, GLuint to, int to_level, int width, int height) noexcept;
+    void clear(GLuint texture, const float (&value)[4]) noexcept;
+    void clear_words(GLuint texture) noexcept;
+    void end() noexcept;   // nothing of the program's stays attached
+
+    [[nodiscard]] const GlFunctions& gl() const noexcept { return gl_; }
+    [[nodiscard]] const GlPrograms& programs() const noexcept { return programs_; }
+    [[nodiscard]] GLuint framebuffer() const noexcept { return framebuffer_; }
+    [[nodiscard]] GLuint make_image(int width, int height, GLenum format = GL_RGBA16F) noexcept;
+
+private:
+    void run_draw(int width, int height, const Over& where) noexcept;
+
+    const GlFunctions& gl_;
+    GlPrograms programs_;
+    GlProgram current_;
+    GLuint array_ = 0, framebuffer_ = 0, several_ = 0, linear_ = 0, nearest_ = 0;
+    GLuint moving_ = 0, reached_ = 0, blocks_ = 0;
+    int tile_px_ = 0, block_px_ = 0;
+};
+
+}  // namespace fovea::render::extrapolation

@@ -1,0 +1,85 @@
+// The shaders work where anything moves, and nowhere else.
+#include "tests/render/extrapolation_gl.hpp"
+
+namespace fovea::test {
+
+namespace {
+
+constexpr int kWidth = 330, kHeight = 250;   // no multiples of a tile
+
+// Noise that stands still, but for a rectangle of other noise that has moved by (dx, dy).
+Picture moved_in_part(int x0, int y0, int x1, int y1, float dx, float dy) {
+    Picture p = moved_noise(kWidth, kHeight, Format::rgba8, 0, 0), other = moved_noise(kWidth, kHeight, Format::rgba8, dx, dy, 50);
+    for (int y = y0; y < y1; ++y) std::memcpy(p.at(x0, y), other.at(x0, y), static_cast<std::size_t>(4 * (x1 - x0)));
+    return p;
+}
+
+}  // namespace
+
+class ExtrapolationGlWork : public ExtrapolationGl {};
+
+TEST_F(ExtrapolationGlWork, AStillPairIsComparedAndCopiedAndThatIsAll) {
+    const Picture a = moved_noise(kWidth, kHeight, Format::rgba8, 0, 0), b = moved_noise(kWidth, kHeight, Format::rgba8, 3, 1);
+    const GLuint src1 = texture(a), src2 = texture(b), out = texture(a);
+    for (auto& [k, e] : sides_) {
+        ASSERT_EQ(e.extrapolate(src1, src2, out, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
+        EXPECT_GE(e.work().searched, (kWidth / 16) * (kHeight / 16)) << backend_name(k);
+        EXPECT_GE(e.work().written, (kWidth / 16) * (kHeight / 16)) << backend_name(k);
+        for (const float factor : {0.5f, -0.4f, 2.0f}) {
+            ASSERT_EQ(e.extrapolate(src2, src2, out, factor), static_cast<GLenum>(GL_NO_ERROR));
+            EXPECT_EQ(e.work().searched, 0) << backend_name(k);
+            EXPECT_EQ(e.work().written, 0) << backend_name(k);
+            EXPECT_EQ(read(out, b), b) << backend_name(k);
+        }
+    }
+}
+
+TEST_F(ExtrapolationGlWork, AMovingPartIsWorkedOnByItself) {
+    const Picture a = moved_in_part(100, 90, 180, 154, 0, 0), b = moved_in_part(100, 90, 180, 154, 3, 1);
+    const GLuint src1 = texture(a), src2 = texture(b), out = texture(a);
+    for (auto& [k, e] : sides_) {
+        ASSERT_EQ(e.extrapolate(src1, src2, out, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
+        const GlWork work = e.work();
+        // The rectangle touches 6x5 tiles; with those beside them, 8x7. Nothing goes further than a tile.
+        EXPECT_GE(work.searched, 6 * 5) << backend_name(k);
+        EXPECT_LE(work.searched, 8 * 7) << backend_name(k);
+        EXPECT_GE(work.written, 6 * 5) << backend_name(k);
+        EXPECT_LE(work.written, 10 * 9) << backend_name(k);
+        EXPECT_GT(work.tiles, (kWidth / 16) * (kHeight / 16)) << backend_name(k);
+        const Picture result = read(out, a), truth = moved_in_part(100, 90, 180, 154, 4.5f, 1.5f);
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = 0; x < kWidth; ++x)
+                ASSERT_TRUE((x >= 64 && x < 216 && y >= 54 && y < 190) || std::memcmp(result.at(x, y), b.at(x, y), 4) == 0) << backend_name(k) << " " << x << " " << y;
+        EXPECT_GT(psnr(result, truth), psnr(b, truth) + 3) << backend_name(k);
+    }
+}
+
+// The corners of the picture, where a patch of the search lies outside of it.
+TEST_F(ExtrapolationGlWork, WhatMovesInACornerIsFound) {
+    for (const auto& [x0, y0, x1, y1] : {std::array{0, 0, 50, 40}, {kWidth - 50, kHeight - 40, kWidth, kHeight}, {kWidth - 41, 0, kWidth, 40}}) {
+        const Picture a = moved_in_part(x0, y0, x1, y1, 0, 0), b = moved_in_part(x0, y0, x1, y1, 2, 2), truth = moved_in_part(x0, y0, x1, y1, 3, 3);
+        const GLuint src1 = texture(a), src2 = texture(b), out = texture(a);
+        for (auto& [k, e] : sides_) {
+            if (k == Backend::processor) continue;   // it has no such patches
+            ASSERT_EQ(e.extrapolate(src1, src2, out, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
+            EXPECT_GT(psnr(read(out, a), truth), psnr(b, truth) + 2) << backend_name(k) << " " << x0 << " " << y0;
+        }
+    }
+}
+
+// What an earlier call has left in the images outside of what this one works on reaches no pixel.
+TEST_F(ExtrapolationGlWork, EarlierPicturesLeaveNoTrace) {
+    const Picture all1 = moved_noise(kWidth, kHeight, Format::rgba8, 0, 0, 9), all2 = moved_noise(kWidth, kHeight, Format::rgba8, -5, 4, 9);
+    const Picture a = moved_in_part(40, 40, 130, 120, 0, 0), b = moved_in_part(40, 40, 130, 120, 4, 2);
+    const GLuint before1 = texture(all1), before2 = texture(all2), src1 = texture(a), src2 = texture(b), out = texture(a), out2 = texture(a);
+    for (const Backend backend : {Backend::compute, Backend::fragment}) {
+        auto fresh = GlExtrapolator::create(load_gl, {.preset = Preset::best, .backend = backend}), used = GlExtrapolator::create(load_gl, {.preset = Preset::best, .backend = backend});
+        if (!fresh || !used) continue;
+        ASSERT_EQ(fresh->extrapolate(src1, src2, out, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
+        ASSERT_EQ(used->extrapolate(before1, before2, out2, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
+        ASSERT_EQ(used->extrapolate(src1, src2, out2, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
+        EXPECT_EQ(read(out2, a), read(out, a)) << backend_name(backend);
+    }
+}
+
+}  // namespace fovea::test
