@@ -168,14 +168,14 @@ GLenum GlExtrapolator::State::run(const GLuint (&names)[3], const TextureInfo (&
     return ok && gl.GetError() == GL_NO_ERROR ? static_cast<GLenum>(GL_NO_ERROR) : static_cast<GLenum>(GL_OUT_OF_MEMORY);
 }
 
-// A pattern that has moved three pixels in src2 and six in `output`; dies with its guard still alive.
+// A pattern that moves three pixels from src1 to src2; dies with its guard still alive.
 class GlExtrapolator::State::ProbePair {
 public:
     ProbePair(const GlFunctions& gl, int size) noexcept : gl_(gl) {
         constexpr int kMove = 3;
         gl.GenTextures(3, names);
-        for (int i = 0; i < 3; ++i) {
-            std::vector<std::uint8_t>& picture = pictures[i];
+        for (int i = -1; i < 3; ++i) {
+            std::vector<std::uint8_t>& picture = pictures[i + 1];
             picture.resize(static_cast<std::size_t>(4 * size * size));
             for (int y = 0; y < size; ++y)
                 for (int x = 0; x < size; ++x)
@@ -183,6 +183,7 @@ public:
                         const int u = x - kMove * i;
                         picture[static_cast<std::size_t>(4 * (y * size + x) + c)] = static_cast<std::uint8_t>(128 + 60 * std::sin(0.11 * u + 0.05 * y + c) + 60 * std::sin(0.031 * u * (1 + c) - 0.09 * y));
                     }
+            if (i < 0) continue;
             gl.BindTexture(GL_TEXTURE_2D, names[i]);
             gl.TexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA8, size, size);
             gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, size, size, GL_RGBA, GL_UNSIGNED_BYTE, picture.data());
@@ -198,28 +199,35 @@ public:
 
     GLuint names[3] = {};
     TextureInfo infos[3];
-    std::vector<std::uint8_t> pictures[3];
+    std::vector<std::uint8_t> pictures[4];   // before src1, src1, src2, after src2
 
 private:
     const GlFunctions& gl_;
 };
 
-// Whether the passes come closer to the known truth than repeating does: there are drivers whose compute shaders compile,
-// run, and do nothing, or leave parts out where a size is no multiple of a work group's.
+// Whether the passes come closer to the known truth than repeating does, to both sides of it: there are drivers whose compute
+// shaders compile, run, and do nothing, or leave parts out where a size is no multiple of a work group's, or whose later passes
+// read what was there before they ran.
 bool GlExtrapolator::State::passes_work() {
     constexpr int kSize = 133;
     GlStateGuard guard(gl, true);
     const ProbePair pair(gl, kSize);
-    if (run(pair.names, pair.infos, 1.0f, Backend::compute) != GL_NO_ERROR) return false;   // any but the processor: `passes`
     std::vector<std::byte> out(static_cast<std::size_t>(4 * kSize * kSize));
-    GlStateGuard plain(gl, false);
-    if (!read(pair.names[2], pair.infos[2], out.data())) return false;
-    long off = 0, off_repeated = 0;
-    for (std::size_t i = 0; i < out.size(); ++i) {
-        off += std::abs(std::to_integer<int>(out[i]) - pair.pictures[2][i]);
-        off_repeated += std::abs(pair.pictures[1][i] - pair.pictures[2][i]);
+    for (const bool back : {false, true, false}) {
+        const GLuint names[3] = {pair.names[back ? 1 : 0], pair.names[back ? 0 : 1], pair.names[2]};
+        passes->spoil();
+        if (run(names, pair.infos, 1.0f, Backend::compute) != GL_NO_ERROR) return false;   // any but the processor: `passes`
+        GlStateGuard plain(gl, false);
+        if (!read(pair.names[2], pair.infos[2], out.data())) return false;
+        const std::vector<std::uint8_t>&truth = pair.pictures[back ? 0 : 3], &repeated = pair.pictures[back ? 1 : 2];
+        long off = 0, off_repeated = 0;
+        for (std::size_t i = 0; i < out.size(); ++i) {
+            off += std::abs(std::to_integer<int>(out[i]) - truth[i]);
+            off_repeated += std::abs(repeated[i] - truth[i]);
+        }
+        if (8 * off >= off_repeated) return false;   // working ones leave a twentieth
     }
-    return 8 * off < off_repeated;   // working ones leave a twentieth
+    return true;
 }
 
 // Times a moving pair on each side, after one to warm up, and keeps the side whose quickest run was the faster: a busy machine only adds.
@@ -263,9 +271,15 @@ Result<GlExtrapolator> GlExtrapolator::create(GlLoader loader, const GlSettings&
         state->reason = "asked for";
         return GlExtrapolator(std::move(state));
     }
+    const auto* renderer = reinterpret_cast<const char*>(gl.GetString(GL_RENDERER));
+    const auto is_driver = [&](const char* name) { return renderer != nullptr && std::strstr(renderer, name) != nullptr; };
     std::string why;
     for (const Backend b : {Backend::compute, Backend::fragment}) {
         if (settings.backend && *settings.backend != b) continue;
+        if (b == Backend::compute && is_driver("softpipe")) {   // measured on Mesa 22.3; no probe finds it for certain
+            why = "softpipe's compute shaders give the same input another result from run to run";
+            continue;
+        }
         auto passes = GlPasses::create(gl, settings.preset, b == Backend::compute);
         if (!passes) {
             why = passes.error().message();
@@ -289,9 +303,8 @@ Result<GlExtrapolator> GlExtrapolator::create(GlLoader loader, const GlSettings&
         state->reason = "no shader backend works here: " + why;
         return GlExtrapolator(std::move(state));
     }
-    const auto* renderer = reinterpret_cast<const char*>(gl.GetString(GL_RENDERER));
     bool software = false;
-    for (const char* name : {"llvmpipe", "softpipe", "swrast", "SwiftShader"}) software |= renderer != nullptr && std::strstr(renderer, name) != nullptr;
+    for (const char* name : {"llvmpipe", "softpipe", "swrast", "SwiftShader"}) software |= is_driver(name);
     if (software)
         state->probe();
     else

@@ -142,6 +142,17 @@ bool GlPasses::read_floats(GLuint texture, int width_px, int height_px, void* rg
     return gl_.GetError() == GL_NO_ERROR;
 }
 
+void GlPasses::spoil() noexcept {
+    constexpr float kWild[4] = {40, -40, 0, 1};
+    constexpr GLuint kWildWords[4] = {0x42200000, 0xc2200000, 0, 0};   // as floats: the same
+    for (const Level& l : levels_) {
+        runner_.clear_words(l.patches, kWildWords);
+        for (const GLuint m : l.motion) runner_.clear(m, kWild);
+        for (const GLuint m : l.back)
+            if (m != 0) runner_.clear(m, kWild);
+    }
+}
+
 Over GlPasses::patches_of(std::size_t level) const noexcept {
     return level == 0 ? over(List::moving, 4 * cell_px_) : over_all_if_any(Args::kLevel + static_cast<int>(level));
 }
@@ -185,7 +196,7 @@ void GlPasses::search_level(std::size_t l, bool back) noexcept {
     const Level& above = levels_[coarsest ? l : l + 1];
     const Over where = patches_of(l);
     if (l == 0) {   // what is not worked on stands still
-        r.clear_words(level.patches);
+        r.clear_words(level.patches, {0, 0, 0, 0});
         for (const GLuint m : motion) r.clear(m, {0, 0, 0, 1});
     }
     r.use(Kernel::search);

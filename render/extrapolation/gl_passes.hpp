@@ -39,6 +39,9 @@ public:
     // passes is alive. False: the driver cannot draw to RGBA32F either.
     bool read_floats(GLuint texture, int width_px, int height_px, void* rgba) noexcept;
 
+    // Wild motion in whatever the next run has to write, so that it shows if it does not: for the probe. As run().
+    void spoil() noexcept;
+
     // Of the last run. Waits for the driver.
     [[nodiscard]] GlRegions::Counts tile_counts() noexcept { return regions_.counts(); }
 

@@ -132,11 +132,10 @@ void GlRunner::clear(GLuint texture, const float (&value)[4]) noexcept {
     gl_.ClearBufferfv(GL_COLOR, 0, value);
 }
 
-void GlRunner::clear_words(GLuint texture) noexcept {
-    constexpr GLuint kZero[4] = {};
+void GlRunner::clear_words(GLuint texture, const GLuint (&value)[4]) noexcept {
     gl_.BindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer_);
     gl_.FramebufferTexture2D(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture, 0);
-    gl_.ClearBufferuiv(GL_COLOR, 0, kZero);
+    gl_.ClearBufferuiv(GL_COLOR, 0, value);
 }
 
 void GlRunner::end() noexcept {

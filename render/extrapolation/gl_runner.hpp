@@ -68,7 +68,7 @@ public:
     void draw_several(std::span<const GLuint> textures, int width, int height, const Over& where) noexcept;
     void copy(GLuint from, int from_level, GLuint to, int to_level, int width, int height) noexcept;
     void clear(GLuint texture, const float (&value)[4]) noexcept;
-    void clear_words(GLuint texture) noexcept;
+    void clear_words(GLuint texture, const GLuint (&value)[4]) noexcept;
     void end() noexcept;   // nothing of the program's stays attached
 
     [[nodiscard]] const GlFunctions& gl() const noexcept { return gl_; }
