@@ -147,7 +147,7 @@ std::vector<ExtrapolationMethod> extrapolation_methods() {
                            }, {}, {}});
     methods.push_back({"balanced+gaze", false, [e = engine(Preset::balanced)](const ExtrapolationInput& in, std::vector<std::uint8_t>& out) {
                            const auto n = static_cast<float>(in.src2->size_px);
-                           const Gaze gaze{n / 2, n / 2, n / 8, 3 * n / 8};
+                           const Gaze gaze{n / 2, n / 2, n / 16, 3 * n / 16};   // of 90 degrees: 7 and 21 around the centre
                            (void)e->extrapolate(picture(*in.src1), picture(*in.src2), picture(out, in.src2->size_px), in.factor, {.gaze = &gaze});
                        }, {}, {}});
     methods.push_back({"known-motion", false, [e = engine(Preset::balanced)](const ExtrapolationInput& in, std::vector<std::uint8_t>& out) {

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
+#include <map>
+#include <mutex>
 #include <numbers>
 
 namespace fovea::tools {
@@ -36,10 +37,10 @@ struct Colour {
 // A square texture with its mip levels, repeating.
 class Texture {
 public:
-    Texture(int size, const std::function<Colour(double, double)>& f) {
+    Texture(int size, std::uint32_t seed, Colour (*f)(double u, double v, std::uint32_t seed)) {
         std::vector<Colour> level(static_cast<std::size_t>(size) * static_cast<std::size_t>(size));
         for (int y = 0; y < size; ++y)
-            for (int x = 0; x < size; ++x) level[static_cast<std::size_t>(y * size + x)] = f((x + 0.5) / size, (y + 0.5) / size);
+            for (int x = 0; x < size; ++x) level[static_cast<std::size_t>(y * size + x)] = f((x + 0.5) / size, (y + 0.5) / size, seed);
         levels_.push_back(level);
         for (int s = size / 2; s >= 1; s /= 2) {
             std::vector<Colour> next(static_cast<std::size_t>(s) * static_cast<std::size_t>(s));
@@ -105,36 +106,44 @@ double fbm(double u, double v, int period, std::uint32_t seed) {
     return sum;
 }
 
-Colour stone(double u, double v) {
-    const double n = fbm(u, v, 4, 1), m = fbm(u, v, 8, 11);
+Colour stone(double u, double v, std::uint32_t seed) {
+    const double n = fbm(u, v, 4, seed + 1), m = fbm(u, v, 8, seed + 11);
     return {static_cast<float>(0.15 + 0.8 * n), static_cast<float>(0.2 + 0.6 * m), static_cast<float>(0.55 * n + 0.3 * m)};
 }
 // Tracks and pads: hard edges at all scales.
-Colour circuit(double u, double v) {
-    double l = 0.12 + 0.1 * fbm(u, v, 8, 5);
+Colour circuit(double u, double v, std::uint32_t seed) {
+    double l = 0.12 + 0.1 * fbm(u, v, 8, seed + 5);
     for (const int cells : {8, 16, 32}) {
         const int x = static_cast<int>(u * cells), y = static_cast<int>(v * cells);
-        const double fx = u * cells - x, fy = v * cells - y, r = lattice(x, y, cells, static_cast<std::uint32_t>(cells));
+        const double fx = u * cells - x, fy = v * cells - y, r = lattice(x, y, cells, seed + static_cast<std::uint32_t>(cells));
         if (r < 0.3 && std::abs(fx - 0.5) < 0.12) l = 0.75;
         if (r > 0.7 && std::abs(fy - 0.5) < 0.12) l = 0.6;
         if (r > 0.45 && r < 0.55 && std::hypot(fx - 0.5, fy - 0.5) < 0.3) l = 0.9;
     }
     return {static_cast<float>(0.9 * l), static_cast<float>(0.3 + 0.6 * l), static_cast<float>(0.5 * l)};
 }
-Colour bricks(double u, double v) {
+Colour bricks(double u, double v, std::uint32_t) {
     const double y = v * 8, x = u * 4 + (static_cast<int>(y) % 2 == 0 ? 0 : 0.5), fx = x - std::floor(x), fy = y - std::floor(y);
     const bool mortar = fx < 0.06 || fy < 0.1;
     return mortar ? Colour{0.8f, 0.78f, 0.75f} : Colour{0.6f, 0.25f, 0.18f};
 }
-Colour wood(double u, double v) {
-    const double n = fbm(u, v, 2, 21), rings = 0.5 + 0.5 * std::sin(2 * std::numbers::pi * (8 * u + 3 * n));
+Colour wood(double u, double v, std::uint32_t seed) {
+    const double n = fbm(u, v, 2, seed + 21), rings = 0.5 + 0.5 * std::sin(2 * std::numbers::pi * (8 * u + 3 * n));
     return {static_cast<float>(0.35 + 0.4 * rings), static_cast<float>(0.2 + 0.25 * rings), static_cast<float>(0.1 + 0.12 * n)};
 }
 
-enum Skin { kStone, kCircuit, kBricks, kWood };
-const Texture& texture(Skin skin) {
-    static const Texture textures[] = {Texture(512, stone), Texture(1024, circuit), Texture(256, bricks), Texture(512, wood)};
-    return textures[skin];
+enum Skin { kStone, kCircuit, kBricks, kWood, kSkins };
+using Textures = std::array<Texture, kSkins>;
+// One variant's, shared by all scenes that live at the same time.
+std::shared_ptr<const Textures> textures_of(int variant) {
+    static std::mutex mutex;
+    static std::map<int, std::weak_ptr<const Textures>> kept;
+    const std::lock_guard lock(mutex);
+    if (auto there = kept[variant].lock()) return there;
+    const std::uint32_t seed = 1000u * static_cast<std::uint32_t>(variant);
+    auto made = std::make_shared<const Textures>(Textures{Texture(512, seed, stone), Texture(1024, seed, circuit), Texture(256, seed, bricks), Texture(512, seed, wood)});
+    kept[variant] = made;
+    return made;
 }
 
 // A rectangle (radius 0) or a sphere; `move` is per frame, in the world.
@@ -146,6 +155,7 @@ struct Thing {
     Skin skin = kStone;
     double repeat = 1;                 // texture turns per unit of length
     double shine = 0;
+    bool fixed = false;                // a wall, a floor, a ceiling: no variant moves it
 };
 
 }  // namespace
@@ -156,18 +166,64 @@ struct ExtrapolationScene::Content {
     Turn turn, turn_rate;
     double flicker = 0;
     bool cut = false;
+    std::shared_ptr<const Textures> textures;
 
     [[nodiscard]] Turn turn_at(double t) const { return {turn.yaw + turn_rate.yaw * t, turn.pitch + turn_rate.pitch * t, turn.roll + turn_rate.roll * t}; }
     [[nodiscard]] V3 camera_at(double t) const { return camera + t * camera_move; }
 
+    void vary(std::uint32_t seed);
     void room(Skin walls, Skin floor) {
-        things.push_back({{0, 0, -9}, {14, 0, 0}, {0, 5, 0}, 0, {}, walls, 0.25, 0});
-        things.push_back({{-9, 0, 0}, {0, 0, -14}, {0, 5, 0}, 0, {}, walls, 0.25, 0});
-        things.push_back({{9, 0, 0}, {0, 0, 14}, {0, 5, 0}, 0, {}, walls, 0.25, 0});
-        things.push_back({{0, -2.5, 0}, {14, 0, 0}, {0, 0, -14}, 0, {}, floor, 0.3, 0});
-        things.push_back({{0, 4.5, 0}, {14, 0, 0}, {0, 0, -14}, 0, {}, floor, 0.2, 0});
+        things.push_back({{0, 0, -9}, {14, 0, 0}, {0, 5, 0}, 0, {}, walls, 0.25, 0, true});
+        things.push_back({{-9, 0, 0}, {0, 0, -14}, {0, 5, 0}, 0, {}, walls, 0.25, 0, true});
+        things.push_back({{9, 0, 0}, {0, 0, 14}, {0, 5, 0}, 0, {}, walls, 0.25, 0, true});
+        things.push_back({{0, -2.5, 0}, {14, 0, 0}, {0, 0, -14}, 0, {}, floor, 0.3, 0, true});
+        things.push_back({{0, 4.5, 0}, {14, 0, 0}, {0, 0, -14}, 0, {}, floor, 0.2, 0, true});
     }
 };
+
+// The same kind of scene as another seed has it: other walls, other places, sizes and directions, speeds from 0.7 to 1.3 times as
+// high; what makes the kind (what moves, and how thin, shining or regular it is) stays. Each thing draws from a stream of its own.
+void ExtrapolationScene::Content::vary(std::uint32_t seed) {
+    std::uint32_t stream = 0, drawn = 0;
+    const auto draw = [&](double low, double high) { return low + (high - low) * (hash(stream, drawn++, seed) / 4294967295.0); };
+    const auto rotated = [&](double& a, double& b, double angle) {
+        const double x = a;
+        a = std::cos(angle) * x - std::sin(angle) * b;
+        b = std::sin(angle) * x + std::cos(angle) * b;
+    };
+    const double full = 2 * std::numbers::pi;
+    turn.yaw += draw(-0.35, 0.35);
+    turn.pitch += draw(-0.12, 0.12);
+    turn.roll += draw(-0.1, 0.1);
+    const double quick = draw(0.7, 1.3);
+    rotated(turn_rate.yaw, turn_rate.pitch, draw(0, full));
+    turn_rate = {quick * turn_rate.yaw, quick * turn_rate.pitch, (draw(0, 1) < 0.5 ? -quick : quick) * turn_rate.roll};
+    // Mostly level, as heads move.
+    rotated(camera_move.x, camera_move.z, draw(0, full));
+    camera_move = quick * camera_move;
+    // The walls of a room share a skin, as do its floor and ceiling.
+    Skin other[kSkins];
+    for (int k = 0; k < kSkins; ++k) other[k] = static_cast<Skin>((k + static_cast<int>(draw(0, 3.999))) % kSkins);
+    for (Thing& t : things) {
+        ++stream;
+        drawn = 0;
+        const bool even_pattern = things.size() == 1;   // the wall of bricks is the kind
+        if (!even_pattern) t.skin = other[t.skin];
+        t.repeat *= draw(0.8, 1.25);
+        if (t.fixed) continue;
+        const double size = draw(0.8, 1.25), pace = draw(0.7, 1.3);
+        if (t.radius > 0 || dot(t.move, t.move) > 0) {   // what stands by itself
+            t.centre = t.centre + V3{draw(-0.5, 0.5), draw(-0.3, 0.3), draw(-0.5, 0.5)};
+            t.radius *= size;
+            t.across = size * t.across;
+            t.up = size * t.up;
+        } else {
+            t.centre.x += draw(-0.2, 0.2);
+        }
+        rotated(t.move.x, t.move.y, draw(0, full));
+        t.move = pace * t.move;
+    }
+}
 
 namespace {
 
@@ -193,8 +249,9 @@ struct Hit {
 
 std::span<const SceneRow> extrapolation_scenes() { return kScenes; }
 
-ExtrapolationScene::ExtrapolationScene(const std::string& name, double speed) : content_(std::make_unique<Content>()) {
+ExtrapolationScene::ExtrapolationScene(const std::string& name, double speed, int variant) : content_(std::make_unique<Content>()) {
     Content& c = *content_;
+    c.textures = textures_of(variant);
     const double rad = speed * 0.8 * std::numbers::pi / 180, metre = speed * 0.05;
     const auto pillars = [&](Skin skin) {
         for (int i = 0; i < 6; ++i) c.things.push_back({{-5.0 + 2 * i, -0.5, -3.5 - 0.8 * (i * 7 % 5)}, {0.28, 0, 0}, {0, 2.5, 0}, 0, {}, skin, 0.6, 0});
@@ -229,7 +286,7 @@ ExtrapolationScene::ExtrapolationScene(const std::string& name, double speed) : 
         c.things.push_back({{1.4, 0.2, -4.2}, {}, {}, 0.9, {0, 0.3 * metre, 0}, kStone, 0.6, 0.8});
         c.camera_move = {metre, 0.2 * metre, 0};
     } else if (name == "repetitive") {
-        c.things.push_back({{0, 0, -4}, {30, 0, 0}, {0, 30, 0}, 0, {}, kBricks, 0.25, 0});
+        c.things.push_back({{0, 0, -4}, {30, 0, 0}, {0, 30, 0}, 0, {}, kBricks, 0.25, 0, true});
         c.turn_rate = {rad, 0.3 * rad, 0};
     } else if (name == "flicker") {
         c.room(kCircuit, kWood);
@@ -241,6 +298,7 @@ ExtrapolationScene::ExtrapolationScene(const std::string& name, double speed) : 
         c.turn_rate = {rad, 0.2 * rad, 0};
         c.cut = true;
     }
+    if (variant != 0) c.vary(static_cast<std::uint32_t>(variant));
 }
 
 ExtrapolationScene::~ExtrapolationScene() = default;
@@ -317,7 +375,7 @@ SceneFrame ExtrapolationScene::render(double time, int size_px, bool with_motion
                 if (hit.thing >= 0) {
                     const Thing& thing = c.things[static_cast<std::size_t>(hit.thing)];
                     const double slant = std::max(0.15, std::abs(dot(unit(d), hit.normal)));
-                    colour = texture(thing.skin).at(hit.u * thing.repeat, hit.v * thing.repeat, hit.t / focal * thing.repeat / std::sqrt(slant));
+                    colour = (*c.textures)[thing.skin].at(hit.u * thing.repeat, hit.v * thing.repeat, hit.t / focal * thing.repeat / std::sqrt(slant));
                     const double lambert = 0.55 + 0.45 * std::max(0.0, dot(hit.normal, light));
                     double gloss = 0;
                     if (thing.shine > 0) {

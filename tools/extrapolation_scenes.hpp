@@ -37,7 +37,9 @@ struct CameraTurn {
 
 class ExtrapolationScene {
 public:
-    ExtrapolationScene(const std::string& name, double speed);   // a name of the table
+    // A name of the table. `variant`: 0 is the scene that everything was tuned on; every other number is another one of the same
+    // kind, with textures, places, sizes, directions and paces of its own.
+    ExtrapolationScene(const std::string& name, double speed, int variant = 0);
     ~ExtrapolationScene();
     [[nodiscard]] SceneFrame render(double time, int size_px, bool with_motion, double ahead = 0.5) const;
     [[nodiscard]] CameraTurn turn(double from, double to) const;

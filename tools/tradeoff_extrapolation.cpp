@@ -13,6 +13,7 @@
 #include "tools/commands.hpp"
 #include "tools/embedded_png.hpp"
 #include "tools/extrapolation_methods.hpp"
+#include "tools/extrapolation_targets.hpp"
 #include "tools/image_quality.hpp"
 #include "tools/outputs.hpp"
 #include "tools/tradeoff_report.hpp"
@@ -25,24 +26,20 @@ namespace {
 struct Options {
     std::vector<std::string> scenes;
     std::vector<double> speeds = {1};
+    std::vector<int> seeds = {0};
     double factor = 0.5, budget_ms = -1;
     int size_px = 1024, repeats = 5;
     std::string csv, html;
     bool json = false;
 };
 
-struct Score {
-    double psnr_db = 0, ssim = 0, ms = 0;
-};
+using Score = ExtrapolationScore;
+using Case = ExtrapolationCase;
 struct Row {
     std::string method;
     bool baseline = false, frontier = false;
     std::vector<Score> scores;   // one per case
     Score mean;
-};
-struct Case {
-    std::string scene;
-    double speed;
 };
 struct Crop {
     std::string scene, method, png;   // png: a data URI
@@ -91,7 +88,11 @@ void mark_frontier(std::vector<Row>& rows) {
         });
 }
 
-std::string case_name(const Case& c) { return fmt::format("{}/{:g}", c.scene, c.speed); }
+std::vector<TargetLine> targets(const std::vector<Row>& rows, const std::vector<Case>& cases) {
+    std::vector<MethodScores> methods;
+    for (const Row& r : rows) methods.push_back({r.method, &r.scores});
+    return extrapolation_targets(methods, cases);
+}
 
 std::string to_text(const std::vector<Row>& rows, const std::vector<Case>& cases) {
     std::string s = fmt::format("PSNR, dB (columns: scene, speed); * on the Pareto frontier of mean PSNR and mean time\n  {:<14}{:>8}{:>8}{:>8}", "method", "ms", "PSNR", "SSIM");
@@ -102,14 +103,17 @@ std::string to_text(const std::vector<Row>& rows, const std::vector<Case>& cases
         for (std::size_t i = 0; i < cases.size(); ++i) s += fmt::format(" {:>{}.2f}", r.scores[i].psnr_db, std::max<std::size_t>(7, case_name(cases[i]).substr(0, 13).size()));
         s += '\n';
     }
+    s += fmt::format("\n{:<46}{:>9}{:>9}{:>9}  {}\n", "target", "wanted", "median", "worst", "worst case (missed of cases)");
+    for (const TargetLine& t : targets(rows, cases))
+        s += fmt::format("{:<46}{:>9}{:>9.2f}{:>9.2f}  {} ({} of {})\n", t.target, fmt::format("{} {:.2f} {}", t.unit == "dB" ? ">=" : "<=", t.limit, t.unit), t.median, t.worst, t.worst_case, t.missed, t.cases);
     return s;
 }
 
 std::string to_csv(const std::vector<Row>& rows, const std::vector<Case>& cases) {
-    std::string s = "method,baseline,frontier,scene,speed,psnr_db,ssim,processor_ms\n";
+    std::string s = "method,baseline,frontier,scene,speed,seed,psnr_db,ssim,processor_ms\n";
     for (const Row& r : rows)
         for (std::size_t i = 0; i < cases.size(); ++i)
-            s += fmt::format("{},{:d},{:d},{},{:g},{:.3f},{:.5f},{:.3f}\n", r.method, r.baseline, r.frontier, cases[i].scene, cases[i].speed, r.scores[i].psnr_db, r.scores[i].ssim, r.scores[i].ms);
+            s += fmt::format("{},{:d},{:d},{},{:g},{},{:.3f},{:.5f},{:.3f}\n", r.method, r.baseline, r.frontier, cases[i].scene, cases[i].speed, cases[i].seed, r.scores[i].psnr_db, r.scores[i].ssim, r.scores[i].ms);
     return s;
 }
 
@@ -118,9 +122,11 @@ std::string to_json(const std::vector<Row>& rows, const std::vector<Case>& cases
     for (const Row& r : rows) {
         nlohmann::json row = {{"method", r.method}, {"baseline", r.baseline}, {"frontier", r.frontier}, {"processor_ms", r.mean.ms}, {"psnr_db", r.mean.psnr_db}, {"ssim", r.mean.ssim}, {"cases", nlohmann::json::array()}};
         for (std::size_t i = 0; i < cases.size(); ++i)
-            row["cases"].push_back({{"scene", cases[i].scene}, {"speed", cases[i].speed}, {"psnr_db", r.scores[i].psnr_db}, {"ssim", r.scores[i].ssim}, {"processor_ms", r.scores[i].ms}});
+            row["cases"].push_back({{"scene", cases[i].scene}, {"speed", cases[i].speed}, {"seed", cases[i].seed}, {"psnr_db", r.scores[i].psnr_db}, {"ssim", r.scores[i].ssim}, {"processor_ms", r.scores[i].ms}});
         all["methods"].push_back(std::move(row));
     }
+    for (const TargetLine& t : targets(rows, cases))
+        all["targets"].push_back({{"target", t.target}, {"unit", t.unit}, {"limit", t.limit}, {"median", t.median}, {"worst", t.worst}, {"worst_case", t.worst_case}, {"cases", t.cases}, {"missed", t.missed}});
     return all.dump(1) + "\n";
 }
 
@@ -171,6 +177,9 @@ std::string to_html(const std::vector<Row>& rows, const std::vector<Case>& cases
         s += fmt::format("\n<tr{}><td>{}<td>{:.1f}<td>{:.2f}<td>{:.4f}", r.frontier ? " class='frontier'" : "", r.method, r.mean.ms, r.mean.psnr_db, r.mean.ssim);
         for (const Score& c : r.scores) s += fmt::format("<td>{:.2f}", c.psnr_db);
     }
+    s += "</table></div>\n<h2>Targets</h2><div class='wide'><table><tr><th>target<th>wanted<th>median<th>worst<th>worst case<th>missed";
+    for (const TargetLine& t : targets(rows, cases))
+        s += fmt::format("\n<tr><td>{}<td>{} {:.2f} {}<td>{:.2f}<td>{:.2f}<td>{}<td>{} of {}", t.target, t.unit == "dB" ? "&ge;" : "&le;", t.limit, t.unit, t.median, t.worst, t.worst_case, t.missed, t.cases);
     s += "</table></div>\n<h2>Where repeating the last frame is most wrong</h2>\n";
     std::string scene;
     for (const Crop& c : crops) {
@@ -190,9 +199,10 @@ int run(const Options& o) {
     auto outputs = Outputs::open({o.csv, o.html});
     if (!outputs) return fail_with(outputs.error(), kFailed);
     std::vector<Case> cases;
-    for (const double speed : o.speeds)
-        for (const SceneRow& s : extrapolation_scenes())
-            if (o.scenes.empty() || std::find(o.scenes.begin(), o.scenes.end(), s.name) != o.scenes.end()) cases.push_back({s.name, speed});
+    for (const int seed : o.seeds)
+        for (const double speed : o.speeds)
+            for (const SceneRow& s : extrapolation_scenes())
+                if (o.scenes.empty() || std::find(o.scenes.begin(), o.scenes.end(), s.name) != o.scenes.end()) cases.push_back({s.name, speed, seed});
     auto methods = extrapolation_methods();
     std::vector<Row> rows;
     for (const auto& m : methods) rows.push_back({m.name, m.baseline, false, {}, {}});
@@ -201,11 +211,11 @@ int run(const Options& o) {
     std::size_t done = 0;
     for (const Case& c : cases) {
         fmt::print(stderr, "{}{} of {}: {}{}", terminal ? "\r\033[K" : "", ++done, cases.size(), case_name(c), terminal ? "" : "\n");
-        const ExtrapolationScene scene(c.scene, c.speed);
+        const ExtrapolationScene scene(c.scene, c.speed, c.seed);
         const SceneFrame src1 = scene.render(0, o.size_px, false), src2 = scene.render(1, o.size_px, true, o.factor), truth = scene.render(1 + o.factor, o.size_px, false);
         const ExtrapolationInput input{&src1, &src2, &scene, static_cast<float>(o.factor)};
         const PixelWindow window = worst_window(src2.rgba, truth.rgba, o.size_px);
-        const bool with_crops = c.speed == o.speeds.front();
+        const bool with_crops = c.speed == o.speeds.front() && c.seed == o.seeds.front();
         if (with_crops) crops.push_back({case_name(c), "rendered at that time", png_data_uri(truth.rgba, o.size_px, window, RowOrder::top_first), 0});
         std::vector<std::uint8_t> out(src1.rgba.size());
         std::vector<std::vector<double>> times(methods.size());
@@ -256,6 +266,7 @@ void add_tradeoff_extrapolation(CLI::App& parent, int* exit_code) {
     for (const SceneRow& s : extrapolation_scenes()) names.emplace_back(s.name);
     c->add_option("--scene", o->scenes, "Only these scenes")->check(CLI::IsMember(names));
     c->add_option("--speed", o->speeds, "Speeds; 1 is about 7 pixels per frame at 1024x1024 (default 1)")->check(within(0.0, 20.0));
+    c->add_option("--seed", o->seeds, "Other textures, places, directions and paces; 0 (default) is what everything was tuned on")->check(CLI::Range(0, 1000000));
     c->add_option("--factor", o->factor, "How far ahead, frame times (default 0.5)")->check(within(-1.0, 2.0));
     c->add_option("--size", o->size_px, "Edge of the pictures, pixels (default 1024)")->check(CLI::Range(32, 4096));
     c->add_option("--repeat", o->repeats, "Timed runs per method and case; the median counts (default 5)")->check(CLI::Range(1, 1000));
@@ -266,6 +277,7 @@ void add_tradeoff_extrapolation(CLI::App& parent, int* exit_code) {
     std::string footer = "Scenes:\n";
     for (const SceneRow& s : extrapolation_scenes()) footer += fmt::format("  {:<12} {}\n", s.name, s.what);
     c->footer(footer + "Example: fovea tradeoff extrapolation --speed 0.5 1 2 --html extrapolation.html\n"
+                       "         fovea tradeoff extrapolation --seed 1 2 3 4 5 --speed 0.5 1   (scenes that nothing was tuned on)\n"
                        "Exit codes: 0 measured, 1 cannot write or nothing within the budget, 2 wrong usage.");
     c->callback([o, exit_code] { *exit_code = run(*o); });
 }

@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/tools/command_runner.hpp"
+#include "tools/extrapolation_scenes.hpp"
+#include "tools/extrapolation_targets.hpp"
 #include "tools/image_quality.hpp"
 
 namespace {
@@ -44,6 +46,67 @@ TEST_F(TradeoffExtrapolation, PresetsBeatRepeatingAndNeverLoseToIt) {
 TEST_F(TradeoffExtrapolation, AnImpossibleBudgetOrSceneIsSaidSo) {
     EXPECT_EQ(fovea("tradeoff extrapolation --size 32 --scene cut --repeat 1 --budget-ms 0").exit_code, 1);
     EXPECT_EQ(fovea("tradeoff extrapolation --scene nowhere").exit_code, 2);
+}
+
+TEST_F(TradeoffExtrapolation, ASeedIsACaseOfItsOwnAndTargetsNameTheWorst) {
+    const auto r = fovea("tradeoff extrapolation --size 64 --scene object --seed 0 4 --repeat 1 --json --csv " + file("t.csv"));
+    ASSERT_EQ(r.exit_code, 0) << r.err;
+    const auto all = nlohmann::json::parse(r.out);
+    for (const auto& m : all["methods"]) {
+        ASSERT_EQ(m["cases"].size(), 2u);
+        EXPECT_EQ(m["cases"][0]["seed"], 0);
+        EXPECT_EQ(m["cases"][1]["seed"], 4);
+    }
+    EXPECT_NE(all["methods"][0]["cases"][0]["psnr_db"], all["methods"][0]["cases"][1]["psnr_db"]) << "another picture";
+    std::map<std::string, nlohmann::json> targets;
+    for (const auto& t : all["targets"]) targets[t["target"]] = t;
+    EXPECT_EQ(targets.at("balanced above hold, speeds to 1")["cases"], 2);
+    EXPECT_EQ(targets.at("known-motion above dis-medium, mean")["limit"], 3);
+    EXPECT_NE(bytes(file("t.csv")).find("\nbalanced,0,0,object,1,4,"), std::string::npos) << bytes(file("t.csv"));
+}
+
+using fovea::tools::ExtrapolationScore;
+
+TEST(ExtrapolationTargets, MedianWorstAndMissedAreThoseOfTheCasesThatCount) {
+    const std::vector<fovea::tools::ExtrapolationCase> cases = {{"rotation", 1, 0}, {"object", 1, 0}, {"object", 2, 0}, {"cut", 1, 0}, {"thin", 0.5, 7}};
+    const std::vector<ExtrapolationScore> hold = {{20, 0, 1}, {25, 0, 1}, {20, 0, 1}, {20, 0, 1}, {30, 0, 1}};
+    const std::vector<ExtrapolationScore> balanced = {{30, 0, 20}, {31, 0, 12}, {26, 0, 10}, {20, 0, 10}, {38, 0, 9}};
+    const std::vector<ExtrapolationScore> gaze = {{29, 0, 9}, {28, 0, 3}, {25, 0, 4}, {20, 0, 9}, {36, 0, 9}};
+    const std::vector<ExtrapolationScore> dis_fast = {{29, 0, 20}, {31, 0, 24}, {25, 0, 10}, {17, 0, 10}, {39, 0, 6}};
+    std::map<std::string, fovea::tools::TargetLine> lines;
+    for (auto& l : fovea::tools::extrapolation_targets({{"hold", &hold}, {"balanced", &balanced}, {"balanced+gaze", &gaze}, {"dis-fast", &dis_fast}}, cases)) lines[l.target] = l;
+    const auto& above = lines.at("balanced above hold, speeds to 1");   // 10, 6, 8: neither speed 2 nor the cut
+    EXPECT_EQ(above.cases, 3);
+    EXPECT_EQ(above.median, 8);
+    EXPECT_EQ(above.worst, 6);
+    EXPECT_EQ(above.worst_case, "object/1");
+    EXPECT_EQ(above.missed, 1);
+    EXPECT_EQ(lines.at("balanced above hold, always").worst, 0);
+    EXPECT_EQ(lines.at("balanced above hold, always").missed, 0);
+    const auto& time = lines.at("balanced, time of dis-fast");   // 32 / 44 at speed 1, 1 at speed 2, 1.5 of the other seed
+    EXPECT_EQ(time.cases, 3);
+    EXPECT_EQ(time.worst, 1.5);
+    EXPECT_EQ(time.worst_case, "mean/0.5#7");
+    EXPECT_EQ(time.missed, 1);
+    const auto& foveated = lines.at("balanced+gaze, time of balanced, same frame");
+    EXPECT_NEAR(foveated.median, 0.325, 1e-12);
+    EXPECT_EQ(foveated.worst_case, "object/2");
+    EXPECT_FALSE(lines.contains("fast above dis-ultrafast")) << "not measured";
+}
+
+TEST(ExtrapolationScenes, AVariantIsTheSameKindOfSceneAndAlwaysTheSame) {
+    const fovea::tools::ExtrapolationScene keeps_textures("cut", 1, 3), keeps_others("cut", 1, 4);
+    for (const auto& row : fovea::tools::extrapolation_scenes()) {
+        const fovea::tools::ExtrapolationScene first(row.name, 1, 3), again(row.name, 1, 3), other(row.name, 1, 4);
+        const auto a = first.render(1, 48, true), b = again.render(1, 48, true), c = other.render(1, 48, true);
+        EXPECT_EQ(a.rgba, b.rgba) << row.name;
+        EXPECT_EQ(a.motion_px, b.motion_px) << row.name;
+        EXPECT_NE(a.rgba, c.rgba) << row.name;
+        EXPECT_NE(a.motion_px, c.motion_px) << row.name;
+        float most = 0;
+        for (const float m : a.motion_px) most = std::max(most, std::fabs(m));
+        EXPECT_GT(most * 1024 / 48, 1.5) << row.name << ": something moves";
+    }
 }
 
 std::vector<std::uint8_t> even(int value, int count) {
