@@ -26,6 +26,7 @@ struct Extrapolator::State {
     LumaScratch luma_scratch;
     MotionSearch motion;
     Projection projection;       // of the search's cells
+    Projection coarse_projection;   // with a gaze: of cells twice as large
     Projection known_projection; // of the renderer's motion; sized on first use
     Gatherable source, far_source;
     MotionEdges edges, known_edges;   // of the search's cells, and of the renderer's without depth
@@ -127,6 +128,7 @@ bool Extrapolator::prepare(int width_px, int height_px, Format format) noexcept 
         s.luma_scratch.resize(width_px, s.settings.threads);
         s.motion.resize(width_px, height_px, s.tuning.cell_px, s.settings.threads);
         s.projection.resize(s.motion.field().width, s.motion.field().height);
+        s.coarse_projection.resize(s.motion.coarse_field().width, s.motion.coarse_field().height);
         s.known_projection = {};
         s.source.resize(width_px, height_px, format);
         s.far_source.resize(width_px, height_px, format);
@@ -181,9 +183,13 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
     if (!std::isfinite(factor)) return repeat(factor < 0 ? src1 : src2, Report::Reason::factor_without_meaning);
     if (factor == -1) return repeat(src1, Report::Reason::at_a_source);
 
-    compare_tiles(src1, src2, s.tiles, s.pool);
+    compare_tiles(src1, src2, output, s.tiles, *s.kernels, s.pool);
     s.report.static_fraction = static_cast<float>(s.tiles.still_count) / static_cast<float>(s.tiles.columns * s.tiles.rows);
-    if (s.tiles.all_still()) return repeat(src2, Report::Reason::static_pair);
+    if (s.tiles.all_still()) {   // the comparison has copied it
+        s.report.repeated = true;
+        s.report.reason = Report::Reason::static_pair;
+        return Outcome::ok;
+    }
 
     // Known motion belongs to src2; else the nearer source is moved, and time runs backwards from src1.
     const bool from_first = known_cell == 0 && factor < -0.5f;
@@ -192,6 +198,10 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
     const auto longer = static_cast<float>(std::max(near.width_px, near.height_px));
     const float reach_px = std::max(1.0f, kMaxReach * longer);
 
+    MotionSearch::Fovea fovea;
+    const bool foveated = known_cell == 0 && hints.gaze != nullptr && s.motion.fovea(*hints.gaze, fovea);
+    const Gaze* gaze = foveated ? hints.gaze : nullptr;   // a gaze that leaves nothing to save is full effort
+    bool moves = false;
     Projection* projection = &s.projection;
     int cell_px = s.tuning.cell_px;
     if (known_cell != 0) {
@@ -205,20 +215,53 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
         }
     } else {
         const float key = luma_key(src2);
-        make_luma(near, cell_px, key, s.motion.near_luma(), s.luma_scratch, *s.kernels, s.pool);
-        make_luma(far, cell_px, key, s.motion.far_luma(), s.luma_scratch, *s.kernels, s.pool, &s.tiles, &s.motion.near_luma());
-        s.motion.run({s.tuning, hints.gaze}, s.tiles, *s.kernels, s.pool);
-        s.report.levels = s.motion.levels();
-        s.report.unexplained_fraction = s.motion.unexplained_fraction();
+        MotionSearch& m = s.motion;
+        const auto lumas = [&](int level, const Box& part) {
+            const int px = cell_px << level;
+            make_luma(near, px, key, m.near_luma(level), part, s.luma_scratch, *s.kernels, s.pool);
+            make_luma(far, px, key, m.far_luma(level), part, s.luma_scratch, *s.kernels, s.pool, &s.tiles, &m.near_luma(level));
+        };
+        if (foveated) {
+            lumas(1, {0, 0, m.near_luma(1).width(), m.near_luma(1).height()});
+            lumas(0, m.run_coarse(fovea, s.tuning, s.tiles, *s.kernels, s.pool));
+            m.run_fine(fovea, step, s.tuning, s.tiles, *s.kernels, s.pool);
+        } else {
+            lumas(0, {0, 0, m.near_luma().width(), m.near_luma().height()});
+            m.run(s.tuning, s.tiles, *s.kernels, s.pool);
+        }
+        s.report.levels = m.levels();
+        s.report.unexplained_fraction = m.unexplained_fraction();
         if (s.report.unexplained_fraction > kCutFraction) return repeat(near, Report::Reason::scene_cut);
         // The field points to the farther source: carried on, it points away from it.
-        const Field& f = s.motion.field();
-        projection->run({f.u.data(), f.v.data(), 1, -step * static_cast<float>(cell_px)}, cell_px, reach_px, &s.motion.active());
+        const float scale = -step * static_cast<float>(cell_px);
+        if (foveated) {
+            const Field &f = m.field(), &c = m.coarse_field();
+            const Box active = m.coarse_active();
+            s.coarse_projection.run({c.u.data(), c.v.data(), 1, 2 * scale}, 2 * cell_px, reach_px, &active);
+            moves = s.coarse_projection.moves();
+            if (m.fine().x1 > 0) {
+                constexpr int kRim = 4;   // cells that the gather mixes with, and those beyond the edges of motion
+                projection->run_part({f.u.data(), f.v.data(), 1, scale}, cell_px, reach_px, m.fine(), fovea.box.grown(kRim, f.width, f.height), s.coarse_projection);
+            } else {
+                fovea.box = {};
+            }
+        } else {
+            const Field& f = m.field();
+            projection->run({f.u.data(), f.v.data(), 1, scale}, cell_px, reach_px, &m.active());
+        }
     }
-    s.report.filled_fraction = projection->filled_fraction();
-    if (!projection->moves()) return repeat(near, Report::Reason::none);
+    const bool fine = !foveated || fovea.box.x1 > 0;   // the finest cells say something
+    moves = moves || (fine && projection->moves());
+    s.report.filled_fraction = foveated ? s.coarse_projection.filled_fraction() : projection->filled_fraction();
+    if (!moves) return repeat(near, Report::Reason::none);
     make_gatherable(near, s.source, s.pool);
-    Gather::Job job{&near, &s.source, &output, &projection->displacement(), projection->touched(), cell_px, &s.tiles, hints.gaze, s.tuning.cubic};
+    const Gather::Layer finest{&projection->displacement(), projection->touched(), cell_px};
+    Gather::Job job{&near, &s.source, &output, finest, &s.tiles, s.tuning.cubic, gaze, finest, {}};
+    if (foveated) {
+        job.all = {&s.coarse_projection.displacement(), s.coarse_projection.touched(), 2 * cell_px};
+        const int per_tile = kTilePx / cell_px;
+        job.fovea_tiles = {fovea.box.x0 / per_tile, fovea.box.y0 / per_tile, (fovea.box.x1 + per_tile - 1) / per_tile, (fovea.box.y1 + per_tile - 1) / per_tile};
+    }
     if (with_depth && projection->far_displacement() != nullptr && sources_agree(src1, src2, *hints.motion, cell_px)) {
         make_gatherable(far, s.far_source, s.pool);
         job.far_source = &s.far_source;
@@ -229,9 +272,9 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
     s.gather.run(job, *s.kernels, s.pool);
     // With depth the projection knows the edges already.
     MotionEdges& edges = known_cell == 0 ? s.edges : s.known_edges;
-    if (!with_depth && edges.find(projection->displacement(), projection->touched(), hints.gaze, cell_px)) {
+    if (fine && !with_depth && edges.find(projection->displacement(), foveated ? fovea.box : projection->touched(), gaze, cell_px)) {
         make_gatherable(far, s.far_source, s.pool);
-        edges.run({&near, &s.source, &s.far_source, &output, &projection->displacement(), projection->front(), cell_px, step, hints.gaze, s.tuning.cubic}, *s.kernels, s.pool);
+        edges.run({&near, &s.source, &s.far_source, &output, &projection->displacement(), projection->front(), cell_px, step, gaze, s.tuning.cubic}, *s.kernels, s.pool);
     }
     return Outcome::ok;
 }

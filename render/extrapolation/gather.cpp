@@ -22,7 +22,7 @@ void Gather::resize(int width_px, Format format, int threads) {
 
 // How the two sources meet in a row whose displacement in the farther one is in the scratch. False: only the nearer counts.
 bool Gather::how_row(const Job& job, int y, int x0, int x1, Scratch& s) noexcept {
-    const int q = job.cell_px, w = job.near->width_px, h = job.near->height_px;
+    const int q = job.all.cell_px, w = job.near->width_px, h = job.near->height_px;
     const std::uint8_t* cells = job.sources->data() + static_cast<std::ptrdiff_t>(y / q) * job.far_displacement->width;
     std::int32_t any = 0;
     for (int x = x0; x < x1; ++x) {
@@ -51,6 +51,21 @@ void Gather::displacement_row(const Field& f, int q, int y, int x0, int x1, cons
                     s.row_u.data() + kExpandPad, s.row_v.data() + kExpandPad, s.dx.data() + kExpandPad, s.dy.data() + kExpandPad});
 }
 
+// A still tile that nothing moves into.
+bool Gather::stays(const Job& job, const Layer& layer, int column, int row) noexcept {
+    if (!job.tiles->is_still(column, row)) return false;
+    const Field& f = *layer.displacement;
+    const int q = layer.cell_px, y0 = row * kTilePx, y1 = std::min(y0 + kTilePx, job.near->height_px);
+    const int i0 = column * kTilePx / q, i1 = std::min(((column + 1) * kTilePx + q - 1) / q, f.width), j0 = y0 / q, j1 = std::min((y1 + q - 1) / q, f.height);
+    if (i0 >= layer.touched.x1 || i1 <= layer.touched.x0 || j0 >= layer.touched.y1 || j1 <= layer.touched.y0) return true;
+    for (int j = j0; j < j1; ++j)
+        for (int i = i0; i < i1; ++i) {
+            const std::size_t at = static_cast<std::size_t>(j) * static_cast<std::size_t>(f.width) + static_cast<std::size_t>(i);
+            if (f.u[at] != 0 || f.v[at] != 0) return false;
+        }
+    return true;
+}
+
 void Gather::run(const Job& job, const Kernels& kernels, ThreadPool& pool) noexcept {
     const ConstImage& near = *job.near;
     const bool floats = is_float(near.format), own = near.format == Format::rgba8 || near.format == Format::rgba32f;
@@ -62,42 +77,30 @@ void Gather::run(const Job& job, const Kernels& kernels, ThreadPool& pool) noexc
         Scratch& s = scratch_[next.fetch_add(1, std::memory_order_relaxed) % scratch_.size()];
         for (int row = row0; row < row1; ++row) {
             const int y0 = row * kTilePx, y1 = std::min(y0 + kTilePx, near.height_px);
+            const Box& fovea = job.fovea_tiles;
+            const auto layer_of = [&](int c) { return row >= fovea.y0 && row < fovea.y1 && c >= fovea.x0 && c < fovea.x1 ? &job.fovea : &job.all; };
+            const auto cubic_there = [&](int c) {
+                if (!job.cubic || job.gaze == nullptr) return job.cubic;
+                const float dx = static_cast<float>(c * kTilePx + kTilePx / 2) - job.gaze->x_px, dy = static_cast<float>(y0 + kTilePx / 2) - job.gaze->y_px;
+                return !(dx * dx + dy * dy > job.gaze->full_radius_px * job.gaze->full_radius_px);
+            };
             for (int column = 0; column < job.tiles->columns;) {
-                const auto copied = [&](int c) {
-                    if (!job.tiles->is_still(c, row)) return false;
-                    const Field& f = *job.displacement;
-                    const int q = job.cell_px, i1 = std::min(((c + 1) * kTilePx + q - 1) / q, f.width), j1 = std::min((y1 + q - 1) / q, f.height);
-                    if (c * kTilePx / q >= job.touched.x1 || i1 <= job.touched.x0 || y0 / q >= job.touched.y1 || j1 <= job.touched.y0) return true;
-                    for (int j = y0 / q; j < j1; ++j)
-                        for (int i = c * kTilePx / q; i < i1; ++i) {
-                            const std::size_t at = static_cast<std::size_t>(j) * static_cast<std::size_t>(f.width) + static_cast<std::size_t>(i);
-                            if (f.u[at] != 0 || f.v[at] != 0) return false;
-                        }
-                    return true;
-                };
-                const auto cubic_there = [&](int c) {
-                    if (!job.cubic || job.gaze == nullptr) return job.cubic;
-                    const float dx = static_cast<float>(c * kTilePx + kTilePx / 2) - job.gaze->x_px, dy = static_cast<float>(y0 + kTilePx / 2) - job.gaze->y_px;
-                    return !(dx * dx + dy * dy > job.gaze->full_radius_px * job.gaze->full_radius_px);
-                };
-                const bool copy = copied(column), cubic = cubic_there(column);
+                const Layer* layer = layer_of(column);
+                const bool still = stays(job, *layer, column, row), cubic = cubic_there(column);
                 int end = column + 1;
-                while (end < job.tiles->columns && copied(end) == copy && (copy || cubic_there(end) == cubic)) ++end;
+                while (end < job.tiles->columns && layer_of(end) == layer && stays(job, *layer, end, row) == still && (still || cubic_there(end) == cubic)) ++end;
                 const int x0 = column * kTilePx, x1 = std::min(end * kTilePx, near.width_px);
                 column = end;
+                if (still) continue;
                 const auto from = static_cast<std::ptrdiff_t>(x0) * pixel;
                 for (int y = y0; y < y1; ++y) {
                     std::byte* out = job.output->row(y) + from;
-                    if (copy) {
-                        std::memcpy(out, near.row(y) + from, static_cast<std::size_t>(x1 - x0) * static_cast<std::size_t>(pixel));
-                        continue;
-                    }
-                    displacement_row(*job.displacement, job.cell_px, y, x0, x1, kernels, s);
+                    displacement_row(*layer->displacement, layer->cell_px, y, x0, x1, kernels, s);
                     void* to = own ? static_cast<void*>(out) : s.packed.data();
                     const auto warp = floats ? (cubic ? kernels.warp_float_cubic : kernels.warp_float_linear) : (cubic ? kernels.warp_rgba8_cubic : kernels.warp_rgba8_linear);
                     warp({job.source->pixels, job.source->row_bytes, near.width_px, near.height_px, y, x0, x1, s.dx.data() + kExpandPad, s.dy.data() + kExpandPad, to, job.source->finite});
                     if (job.far_source != nullptr) {
-                        displacement_row(*job.far_displacement, job.cell_px, y, x0, x1, kernels, s);
+                        displacement_row(*job.far_displacement, layer->cell_px, y, x0, x1, kernels, s);
                         if (how_row(job, y, x0, x1, s)) {
                             const Gatherable& far = *job.far_source;
                             warp({far.pixels, far.row_bytes, near.width_px, near.height_px, y, x0, x1, s.dx.data() + kExpandPad, s.dy.data() + kExpandPad, s.second.data(), far.finite});

@@ -1,4 +1,4 @@
-// The last step: every output pixel read from the nearer source at its displacement; tiles that stand still are copied.
+// The last step: every output pixel read from the nearer source at its displacement; tiles that stand still are left alone.
 //
 // Input: displacement per cell, pixels; between cell centres it is interpolated where neighbours agree, and taken from the
 // nearer cell where they do not, so that two surfaces keep an edge between them.
@@ -13,16 +13,22 @@ class Gather {
 public:
     void resize(int width_px, Format format, int threads);
 
+    // Where the pixels of a part of the picture come from.
+    struct Layer {
+        const Field* displacement = nullptr;
+        Box touched;             // of it: the rest is 0
+        int cell_px = 0;
+    };
     struct Job {
         const ConstImage* near;
         const Gatherable* source;
-        const Image* output;
-        const Field* displacement;
-        Box touched;             // of it: the rest is 0
-        int cell_px;
+        const Image* output;     // still tiles are there already
+        Layer all;
         const TileMap* tiles;
-        const Gaze* gaze;        // cubic only inside its coarse radius; null: everywhere
         bool cubic;
+        const Gaze* gaze;        // cubic only inside its full radius; null: everywhere
+        Layer fovea;             // instead of `all`
+        Box fovea_tiles;         // ... in these tiles
         // The farther source, where known motion tells what it shows; null: nothing does.
         const Gatherable* far_source = nullptr;
         const Field* far_displacement = nullptr;
@@ -37,6 +43,7 @@ private:
         std::vector<std::uint8_t> packed, second;
         std::vector<std::int32_t> how;
     };
+    [[nodiscard]] static bool stays(const Job& job, const Layer& layer, int column, int row) noexcept;
     static void displacement_row(const Field& f, int cell_px, int y, int x0, int x1, const Kernels& kernels, Scratch& s) noexcept;
     static bool how_row(const Job& job, int y, int x0, int x1, Scratch& s) noexcept;
 

@@ -40,8 +40,12 @@ struct SearchJob {
     const std::uint8_t* tasks;   // PatchTask
     int iterations, passes;
     float reach;                 // no component of a motion may exceed it
+    float low_x, low_y, high_x, high_y;   // where a patch's first pixel may come to lie in `to`: kSearchLow to kSearchHigh beyond
+                                          // `to`, or less if not all of it is filled
     int column0, column1, row0, row1;   // the patches that count, of all; the others are neither read nor written
 };
+
+inline constexpr int kSearchLow = 1 - kPadPx, kSearchHigh = kPadPx - kPatchPx - 2;   // the latter from width or height
 
 // Patches exchange what they know: each moves to where its own evidence and its neighbours' motion balance. Where a patch
 // sees only an edge, or nothing, its neighbours decide; where neighbours differ widely they do not belong together.
@@ -132,6 +136,8 @@ struct Kernels {
     void (*spread)(const SpreadJob&, int band0, int band1);    // bands of kStridePx rows
     void (*smooth)(const SmoothJob&, int row0, int row1);
     void (*halve)(const float* in, std::ptrdiff_t in_stride, float* out, std::ptrdiff_t out_stride, int out_width, int row0, int row1);
+    // Of tiles side by side, `tile_bytes` wide (a multiple of 32) and `rows` high: 1 if both pictures are the same there, else 0.
+    void (*same_tiles)(const std::uint8_t* a, std::ptrdiff_t a_stride, const std::uint8_t* b, std::ptrdiff_t b_stride, int rows, int tiles, int tile_bytes, std::uint8_t* same);
     // Sums of 2x2 or 4x4 pixels of RGBA8 as luma 0 to 255, alpha counting a quarter. Whole cells only.
     void (*luma_rgba8)(const std::uint8_t* rows, std::ptrdiff_t row_bytes, int cell_px, int cells, float* out);
     void (*warp_rgba8_linear)(const WarpRow&);

@@ -11,7 +11,7 @@ namespace {
 #include "render/extrapolation/kernels_project.hpp"
 }  // namespace
 extern const Kernels kKernels;
-const Kernels kKernels = {"portable", search, balance, spread, smooth, halve, luma_rgba8, warp_rgba8_linear, warp_rgba8_cubic,
+const Kernels kKernels = {"portable", search, balance, spread, smooth, halve, same_tiles, luma_rgba8, warp_rgba8_linear, warp_rgba8_cubic,
                           warp_float_linear, warp_float_cubic, carry, expand, fix, blend_rgba8, blend_float};
 }  // namespace portable
 

@@ -55,9 +55,8 @@ FOVEA_INLINE void build_template(Template& t, const float* p, std::ptrdiff_t str
 
 // What is left with the patch at column x, row y of `to` (both kept inside the padding).
 FOVEA_INLINE void evaluate(Fit& fit, const Template& t, const SearchJob& job, float x, float y) {
-    constexpr float kLow = 1 - kPadPx;
-    x = clamp(x, kLow, static_cast<float>(job.width + kPadPx - kPatchPx - 2));
-    y = clamp(y, kLow, static_cast<float>(job.height + kPadPx - kPatchPx - 2));
+    x = clamp(x, job.low_x, job.high_x);
+    y = clamp(y, job.low_y, job.high_y);
     const int ix = floor_int(x), iy = floor_int(y);
     V8 fx, fy;
     splat(fx, x - static_cast<float>(ix));
@@ -241,8 +240,8 @@ static void spread(const SpreadJob& job, int band0, int band1) {
                 const PatchMotion& m = s.patches[j * s.columns + i];
                 const bool searched = s.tasks[j * s.columns + i] == kPatchSearch;
                 const int x = kStridePx * i - kStridePx, y = kStridePx * j - kStridePx;
-                const float px = clamp(static_cast<float>(x) + m.u, 1.0f - kPadPx, static_cast<float>(s.width + kPadPx - kPatchPx - 2));
-                const float py = clamp(static_cast<float>(y) + m.v, 1.0f - kPadPx, static_cast<float>(s.height + kPadPx - kPatchPx - 2));
+                const float px = clamp(static_cast<float>(x) + m.u, s.low_x, s.high_x);
+                const float py = clamp(static_cast<float>(y) + m.v, s.low_y, s.high_y);
                 const int ix = floor_int(px), iy = floor_int(py);
                 V8 fx, fy, u, v, shift;
                 splat(fx, px - static_cast<float>(ix));

@@ -38,10 +38,10 @@ void MotionSearch::resize(int width_px, int height_px, int cell_px, int threads)
         h = (h + 1) / 2;
     }
     far_ = near_;
+    for (std::vector<Box>& of_levels : written_) of_levels.assign(near_.size(), Box{});
     forward_.resize(near_.size());
     backward_.resize(near_.size());
     for (std::size_t l = 0; l < near_.size(); ++l) {
-        written_[0] = written_[1] = {};
         forward_[l].resize(near_[l].width(), near_[l].height());
         backward_[l].resize(near_[l].width(), near_[l].height());
     }
@@ -51,13 +51,13 @@ void MotionSearch::resize(int width_px, int height_px, int cell_px, int threads)
     tasks_.resize(patches_.size());
     threads_ = threads;
     spread_scratch_.assign(static_cast<std::size_t>(spread_scratch(columns)) * static_cast<std::size_t>(threads), 0.0f);
-    anchors_.assign(static_cast<std::size_t>((width_px + kTilePx - 1) / kTilePx) * static_cast<std::size_t>((height_px + kTilePx - 1) / kTilePx), 0);
     trust_.assign(forward_[0].u.size(), 1.0f);
     smoothed_.resize(finest.width(), finest.height());
 }
 
-void MotionSearch::levels_below(std::vector<Plane>& planes, const Kernels& kernels, ThreadPool& pool) noexcept {
-    for (std::size_t l = 1; l < planes.size(); ++l) {
+// From level `first` on, each from the one above.
+void MotionSearch::levels_below(std::vector<Plane>& planes, std::size_t first, const Kernels& kernels, ThreadPool& pool) noexcept {
+    for (std::size_t l = first; l < planes.size(); ++l) {
         Plane &in = planes[l - 1], &out = planes[l];
         pool.run(out.height(), 64, [&](int row0, int row1) {
             kernels.halve(in.row(0), in.stride(), out.row(0), out.stride(), out.width(), row0, row1);
@@ -67,26 +67,13 @@ void MotionSearch::levels_below(std::vector<Plane>& planes, const Kernels& kerne
     }
 }
 
-// The even inside of a moving thing is still, bit for bit, and yet moves: it must not hold its surroundings back.
-void MotionSearch::find_anchors(const TileMap& tiles) noexcept {
-    constexpr float kEven = 0.02f;   // of 255; whatever is moved within such a tile, its bits come out the same
+// What may move: all but the tiles that stand still. The even inside of a moving thing is still, bit for bit, and yet moves: it
+// does not hold its surroundings back.
+void MotionSearch::find_active(const TileMap& tiles) noexcept {
     int x0 = tiles.columns, y0 = tiles.rows, x1 = 0, y1 = 0;
     for (int row = 0; row < tiles.rows; ++row)
         for (int column = 0; column < tiles.columns; ++column) {
-            std::uint8_t anchor = 0;
-            if (tiles.is_still(column, row)) {
-                const int left = column * kTilePx / cell_px_, top = row * kTilePx / cell_px_;
-                const int right = std::min(left + kTilePx / cell_px_, near_[0].width()), bottom = std::min(top + kTilePx / cell_px_, near_[0].height());
-                float low = near_[0].row(top)[left], high = low;
-                for (int y = top; y < bottom; ++y)
-                    for (int x = left; x < right; ++x) {
-                        low = std::min(low, near_[0].row(y)[x]);
-                        high = std::max(high, near_[0].row(y)[x]);
-                    }
-                anchor = high - low > kEven;
-            }
-            anchors_[at(column, row, tiles.columns)] = anchor;
-            if (anchor != 0) continue;
+            if (tiles.is_anchor(column, row)) continue;
             x0 = std::min(x0, column);
             x1 = std::max(x1, column + 1);
             y0 = std::min(y0, row);
@@ -97,19 +84,11 @@ void MotionSearch::find_anchors(const TileMap& tiles) noexcept {
     active_ = Box{x0 * cells, y0 * cells, std::min(x1 * cells, finest.width), std::min(y1 * cells, finest.height)};
 }
 
-// What of a level is searched, in its cells: what may move, and with a gaze only around it: the finest level inside the full
-// radius, the next one inside the coarse one. A gaze that is no number is full effort.
-Box MotionSearch::effort(const Gaze* gaze, int level) const noexcept {
+// What may move of a level, in its cells, and whole strides.
+Box MotionSearch::active_at(int level) const noexcept {
     const Field& f = forward_[static_cast<std::size_t>(level)];
-    // Everything on a coarser level: it is small.
-    Box box = level == 0 ? active_ : Box{0, 0, f.width, f.height};
-    constexpr float kPart[] = {0.0f, 1.0f};
-    if (gaze == nullptr || level >= 2 || level + 1 >= levels()) return box;
-    const float radius = gaze->full_radius_px + kPart[level] * (gaze->coarse_radius_px - gaze->full_radius_px);
-    box = box.around(gaze->x_px, gaze->y_px, radius, cell_px_ << level);
-    box.x0 = box.x0 / kStridePx * kStridePx;   // whole bands
-    box.y0 = box.y0 / kStridePx * kStridePx;
-    return box;
+    const auto down = [](int v) { return v / kStridePx * kStridePx; };
+    return {down(active_.x0 >> level), down(active_.y0 >> level), std::min(down((active_.x1 >> level) + kStridePx), f.width), std::min(down((active_.y1 >> level) + kStridePx), f.height)};
 }
 
 // The patches that touch a box of a level, and one more around them.
@@ -119,7 +98,7 @@ Box MotionSearch::patches_of(const Box& box, int level) const noexcept {
     return {std::max(box.x0 / kStridePx - 1, 0), std::max(box.y0 / kStridePx - 1, 0), std::min((box.x1 + kStridePx - 1) / kStridePx + 2, columns), std::min((box.y1 + kStridePx - 1) / kStridePx + 2, rows)};
 }
 
-// Still patches are known, patches far from the gaze keep what the coarser levels found.
+// Still patches are known.
 void MotionSearch::choose_tasks(const Box& searched, const TileMap& tiles, int level) noexcept {
     const Plane& p = near_[static_cast<std::size_t>(level)];
     const int columns = (p.width() + kStridePx - 1) / kStridePx + 1;
@@ -136,7 +115,7 @@ void MotionSearch::choose_tasks(const Box& searched, const TileMap& tiles, int l
                 for (int r = r0; r <= r1 && still; ++r)
                     for (int c = c0; c <= c1 && still; ++c) {
                         still = tiles.is_still(c, r);
-                        anchored |= anchors_[at(c, r, tiles.columns)] != 0;
+                        anchored |= tiles.is_anchor(c, r);
                     }
                 if (still) task = anchored ? kPatchStill : kPatchKeep;
             }
@@ -144,12 +123,11 @@ void MotionSearch::choose_tasks(const Box& searched, const TileMap& tiles, int l
         }
 }
 
-// Around what is searched a level goes on as the coarser one found.
-void MotionSearch::spread_coarse(std::vector<Field>& fields, const Box& searched, int level) noexcept {
+// Of `may` a level goes on as the coarser one found, around what is searched.
+void MotionSearch::spread_coarse(std::vector<Field>& fields, const Box& may, const Box& searched, int level) noexcept {
     const auto l = static_cast<std::size_t>(level);
     Field& f = fields[l];
     const Field& c = fields[l + 1];
-    const Box may{active_.x0 >> level, active_.y0 >> level, std::min((active_.x1 >> level) + 1, f.width), std::min((active_.y1 >> level) + 1, f.height)};
     const auto columns = [&](int y, int x0, int x1) {
         const int j0 = std::clamp((y - 1) >> 1, 0, c.height - 1), j1 = std::min(((y - 1) >> 1) + 1, c.height - 1);
         const float t = y % 2 == 0 ? 0.75f : 0.25f;
@@ -178,7 +156,7 @@ void MotionSearch::spread_coarse(std::vector<Field>& fields, const Box& searched
     }
 }
 
-void MotionSearch::search_level(const Box& box, int level, bool backward, const Tuning& tuning, const Kernels& kernels, ThreadPool& pool) noexcept {
+void MotionSearch::search_level(const Box& box, const Box& around, int level, bool backward, const Tuning& tuning, const Kernels& kernels, ThreadPool& pool) noexcept {
     const auto l = static_cast<std::size_t>(level);
     const Plane &from = backward ? far_[l] : near_[l], &to = backward ? near_[l] : far_[l];
     std::vector<Field>& fields = backward ? backward_ : forward_;
@@ -200,29 +178,27 @@ void MotionSearch::search_level(const Box& box, int level, bool backward, const 
     // The way back only has to tell right from wrong.
     const int iterations = backward ? (tuning.iterations + 1) / 2 : tuning.iterations;
     const int rounds = backward ? (tuning.balance_rounds + 1) / 2 : tuning.balance_rounds;
+    const Box filled = level == 0 ? filled_ : Box{0, 0, to.width(), to.height()};
     const SearchJob job{from.row(0), to.row(0), from.stride(), from.width(), from.height(), columns, rows, patches_.data(), tasks_.data(),
-                        iterations, level == 0 ? 1 : tuning.passes, reach, patches.x0, patches.x1, patches.y0, patches.y1};
+                        iterations, level == 0 ? 1 : tuning.passes, reach, static_cast<float>(filled.x0 + kSearchLow), static_cast<float>(filled.y0 + kSearchLow),
+                        static_cast<float>(filled.x1 + kSearchHigh), static_cast<float>(filled.y1 + kSearchHigh), patches.x0, patches.x1, patches.y0, patches.y1};
     pool.run(patches.y1 - patches.y0, kChunkRows, [&](int row0, int row1) { kernels.search(job, patches.y0 + row0, patches.y0 + row1); });
     kernels.balance({&job, rounds, tuning.stiffness});
-    if (level == 0) {   // what a call before has left where nothing may move now
-        Box& written = written_[backward ? 1 : 0];
-        for (int y = written.y0; y < written.y1; ++y)
-            for (std::vector<float>* plane : {&fields[0].u, &fields[0].v}) std::fill_n(plane->data() + at(written.x0, y, from.width()), written.x1 - written.x0, 0.0f);
-        written = active_;
-    }
-    if (!coarsest) spread_coarse(fields, box, level);
+    Box& written = written_[backward ? 1 : 0][l];
+    if (!around.holds(written)) clear(fields[l], written);   // what a call before has left where nothing may move now
+    written = around;
+    if (!coarsest) spread_coarse(fields, around, box, level);
     const int first_band = box.y0 / kStridePx, bands = (box.y1 + kStridePx - 1) / kStridePx - first_band, bands_per_thread = (bands + threads_ - 1) / threads_;
     const SpreadJob spread{&job, fields[l].u.data(), fields[l].v.data(), spread_scratch_.data(), bands_per_thread, first_band, box.x0 / kStridePx, (box.x1 + kStridePx - 1) / kStridePx};
     pool.run(bands, bands_per_thread, [&](int band0, int band1) { kernels.spread(spread, first_band + band0, first_band + band1); });
 }
 
-// A cell whose partner does not come back was hidden in the other source: its motion is a guess.
-void MotionSearch::check_backward(const Box& box, int level) noexcept {
+// A cell whose partner does not come back was hidden in the other source: its motion is a guess. `read`: where the smoothing, of
+// the finest level, looks; what stands still is sure of it.
+void MotionSearch::check_backward(const Box& box, const Box& read, int level) noexcept {
     const auto l = static_cast<std::size_t>(level);
     const Field &f = forward_[l], &b = backward_[l], &finest = forward_[0];
     const float away = 0.75f, away_per_motion = 0.05f;   // pixels of the level
-    // What stands still is sure of it, and around a gaze nothing is checked.
-    const Box read = active_.grown(8, finest.width, finest.height);   // by the smoothing
     for (int y = read.y0; y < read.y1; ++y) std::fill_n(trust_.data() + at(read.x0, y, finest.width), read.x1 - read.x0, 1.0f);
     for (int y = box.y0; y < box.y1; ++y)
         for (int x = box.x0; x < box.x1; ++x) {
@@ -249,7 +225,7 @@ void MotionSearch::smooth(const Box& box, const TileMap& tiles, int passes, cons
             for (int row = tile0; row < tile1; ++row) {
                 int first = tiles.columns, last = -1;
                 for (int column = 0; column < tiles.columns; ++column) {
-                    if (tiles.still_count > 0 && anchors_[at(column, row, tiles.columns)] != 0) continue;
+                    if (tiles.is_anchor(column, row)) continue;
                     first = std::min(first, column);
                     last = column;
                 }
@@ -280,12 +256,12 @@ void MotionSearch::smooth(const Box& box, const TileMap& tiles, int passes, cons
     }
 }
 
-// Blocks where the motion explains far less than standing still does stand still; counts what nothing explains.
-void MotionSearch::validate(const TileMap& tiles) noexcept {
+// Blocks where the motion explains far less than standing still does stand still; counts what nothing explains. Judged at the
+// cells of level 1; with a gaze it is that level's motion which goes on outside of `fovea`, in cells of the finest.
+void MotionSearch::validate(const TileMap& tiles, const Box* fovea) noexcept {
     const std::size_t l = cell_px_ < 4 && near_.size() > 1 ? 1 : 0;
-    const int shift = static_cast<int>(l), scale = cell_px_ << shift;
+    const int scale = cell_px_ << l;
     const Plane &near = near_[l], &far = far_[l];
-    Field& f = forward_[0];
     constexpr int kBlock = 8;
     constexpr float kNoise = 0.5f, kTextured = 4.0f, kUnexplained = 0.5f, kNoMatch = 0.9f;   // variances, levels of 255 squared
     // Reading between cells blurs, and standing still does not: what is thinner than a cell, moved rightly, leaves more than at rest.
@@ -294,7 +270,10 @@ void MotionSearch::validate(const TileMap& tiles) noexcept {
     for (int by = 0; by < near.height(); by += kBlock)
         for (int bx = 0; bx < near.width(); bx += kBlock) {
             const int tile_x = std::min(bx * scale / kTilePx, tiles.columns - 1), tile_y = std::min(by * scale / kTilePx, tiles.rows - 1);
-            if (tiles.still_count > 0 && anchors_[at(tile_x, tile_y, tiles.columns)] != 0) {
+            const bool coarse = fovea != nullptr && !(2 * bx >= fovea->x0 && 2 * bx < fovea->x1 && 2 * by >= fovea->y0 && 2 * by < fovea->y1);
+            Field& f = forward_[coarse ? 1 : 0];
+            const int shift = coarse ? 0 : static_cast<int>(l);
+            if (tiles.is_anchor(tile_x, tile_y)) {
                 ++textured;   // explained, by standing still
                 continue;
             }
@@ -333,36 +312,40 @@ void MotionSearch::validate(const TileMap& tiles) noexcept {
     unexplained_ = textured > 0 ? static_cast<float>(unexplained) / static_cast<float>(textured) : 0.0f;
 }
 
-void MotionSearch::run(const MotionSettings& settings, const TileMap& tiles, const Kernels& kernels, ThreadPool& pool) noexcept {
-    const Tuning& tuning = settings.tuning;
-    levels_below(near_, kernels, pool);
-    levels_below(far_, kernels, pool);
-    active_ = {0, 0, forward_[0].width, forward_[0].height};
-    if (tiles.still_count > 0) find_anchors(tiles);
+void MotionSearch::clear(Field& f, const Box& box) noexcept {
+    for (int y = box.y0; y < box.y1; ++y)
+        for (std::vector<float>* plane : {&f.u, &f.v}) std::fill_n(plane->data() + at(box.x0, y, f.width), box.x1 - box.x0, 0.0f);
+}
+
+void MotionSearch::stand_still(Field& f, const Box& box, int cell_px, const TileMap& tiles) noexcept {
+    if (tiles.still_count == 0) return;
+    const int per_tile = kTilePx / cell_px;
+    for (int y = box.y0; y < box.y1; ++y)
+        for (int x = box.x0; x < box.x1;) {
+            const int end = std::min((x / per_tile + 1) * per_tile, box.x1);
+            if (tiles.is_anchor(x / per_tile, y / per_tile))
+                for (std::vector<float>* plane : {&f.u, &f.v}) std::fill_n(plane->data() + at(x, y, f.width), end - x, 0.0f);
+            x = end;
+        }
+}
+
+void MotionSearch::run(const Tuning& tuning, const TileMap& tiles, const Kernels& kernels, ThreadPool& pool) noexcept {
+    levels_below(near_, 1, kernels, pool);
+    levels_below(far_, 1, kernels, pool);
+    Field& finest = forward_[0];
+    filled_ = active_ = {0, 0, finest.width, finest.height};
+    if (tiles.still_count > 0) find_active(tiles);
     const int backward_level = tuning.backward_level < 0 ? levels() : std::min(tuning.backward_level, levels() - 1);
     for (int l = levels() - 1; l >= 0; --l) {
-        const Box searched = effort(settings.gaze, l);
-        choose_tasks(searched, tiles, l);
-        search_level(searched, l, false, tuning, kernels, pool);
-        if (l >= backward_level) search_level(searched, l, true, tuning, kernels, pool);
+        const Box box = active_at(l);
+        choose_tasks(box, tiles, l);
+        search_level(box, box, l, false, tuning, kernels, pool);
+        if (l >= backward_level) search_level(box, box, l, true, tuning, kernels, pool);
     }
-    if (backward_level < levels()) {
-        Box checked = effort(settings.gaze, backward_level);
-        if (backward_level > 0) {   // what may move of it
-            const Field& f = forward_[static_cast<std::size_t>(backward_level)];
-            const Box may{active_.x0 >> backward_level, active_.y0 >> backward_level, std::min((active_.x1 >> backward_level) + 1, f.width), std::min((active_.y1 >> backward_level) + 1, f.height)};
-            checked = {std::max(checked.x0, may.x0), std::max(checked.y0, may.y0), std::min(checked.x1, may.x1), std::min(checked.y1, may.y1)};
-        }
-        check_backward(checked, backward_level);
-    }
-    smooth(effort(settings.gaze, 0), tiles, tuning.smoothing_passes, kernels, pool);
-    validate(tiles);
-    if (tiles.still_count > 0) {
-        Field& f = forward_[0];
-        for (int y = active_.y0; y < active_.y1; ++y)
-            for (int x = active_.x0; x < active_.x1; ++x)
-                if (anchors_[at(x * cell_px_ / kTilePx, y * cell_px_ / kTilePx, tiles.columns)] != 0) f.u[at(x, y, f.width)] = f.v[at(x, y, f.width)] = 0;
-    }
+    if (backward_level < levels()) check_backward(backward_level > 0 ? active_at(backward_level) : active_, active_.grown(8, finest.width, finest.height), backward_level);
+    smooth(active_, tiles, tuning.smoothing_passes, kernels, pool);
+    validate(tiles, nullptr);
+    stand_still(finest, active_, cell_px_, tiles);
 }
 
 }  // namespace fovea::render::extrapolation

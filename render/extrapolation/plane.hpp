@@ -54,6 +54,7 @@ struct Box {
         const auto within = [](float v, int low, int high) { return static_cast<int>(std::clamp(v, static_cast<float>(low), static_cast<float>(high))); };
         return {within(left, x0, x1), within(top, y0, y1), within(right + 1, x0, x1), within(bottom + 1, y0, y1)};
     }
+    [[nodiscard]] bool holds(const Box& b) const noexcept { return b.x1 <= b.x0 || b.y1 <= b.y0 || (b.x0 >= x0 && b.y0 >= y0 && b.x1 <= x1 && b.y1 <= y1); }
     [[nodiscard]] Box grown(int by, int width, int height) const noexcept {
         return {std::max(x0 - by, 0), std::max(y0 - by, 0), std::min(x1 + by, width), std::min(y1 + by, height)};
     }

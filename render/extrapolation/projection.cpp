@@ -92,16 +92,38 @@ void Projection::run(const Motion& motion, int cell_px, float reach_px, const Bo
             for (std::vector<float>* plane : {&out_.u, &out_.v})
                 std::fill_n(plane->data() + static_cast<std::ptrdiff_t>(y) * w + before.x0, before.x1 - before.x0, 0.0f);
     }
+    background_ = fit_background(motion, reach_px);
+    scatter(motion, cell_px, reach_px, touched_, background_);
+}
+
+void Projection::run_part(const Motion& motion, int cell_px, float reach_px, const Box& from, const Box& into, const Projection& whole) noexcept {
+    const Box before = touched_;   // everything outside of it is 0
+    for (int y = before.y0; y < before.y1; ++y)
+        for (std::vector<float>* plane : {&out_.u, &out_.v})
+            std::fill_n(plane->data() + static_cast<std::ptrdiff_t>(y) * out_.width + before.x0, before.x1 - before.x0, 0.0f);
+    touched_ = into;
+    background_ = whole.background_;
+    for (float* per_cell : {background_.u, background_.v})   // the centre of a cell lies a quarter of a larger one off
+        for (int k = 1; k < 3; ++k) {
+            per_cell[k] *= 0.5f;
+            per_cell[0] -= 0.5f * per_cell[k];
+        }
+    scatter(motion, cell_px, reach_px, from, background_);
+}
+
+// Every cell of `from` to where it lands inside of what is touched.
+void Projection::scatter(const Motion& motion, int cell_px, float reach_px, const Box& from_box, const Background& b) noexcept {
+    const int w = out_.width;
+    const float per_cell = 1.0f / static_cast<float>(cell_px);
     const Box& box = touched_;
     for (int y = box.y0; y < box.y1; ++y)
         std::fill_n(front_.begin() + static_cast<std::ptrdiff_t>(y) * w + box.x0, box.x1 - box.x0, kNothing);
-    const Background b = fit_background(motion, reach_px);
     bool moves = false;
     constexpr int kLanes = 8;   // cells at once; where all eight land side by side, they are compared and written at once
-    for (int y = box.y0; y < box.y1; ++y) {
+    for (int y = from_box.y0; y < from_box.y1; ++y) {
         const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(w);
-        for (int x0 = box.x0; x0 < box.x1; x0 += kLanes) {
-            const int count = std::min(kLanes, box.x1 - x0);
+        for (int x0 = from_box.x0; x0 < from_box.x1; x0 += kLanes) {
+            const int count = std::min(kLanes, from_box.x1 - x0);
             float a[kLanes] = {}, c[kLanes] = {}, front[kLanes];
             int right[kLanes], down[kLanes];
             for (int k = 0; k < count; ++k) {

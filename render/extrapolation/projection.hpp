@@ -27,6 +27,9 @@ public:
     };
     // `active`: everything outside of it stands still; null: nothing is known of that.
     void run(const Motion& motion, int cell_px, float reach_px, const Box* active = nullptr) noexcept;
+    // Only what lands in `into`, from the cells of `from`, with the background of `whole`: a projection of the same picture in
+    // cells twice as large, which has run.
+    void run_part(const Motion& motion, int cell_px, float reach_px, const Box& from, const Box& into, const Projection& whole) noexcept;
     // Everything outside of it is where it was.
     [[nodiscard]] const Box& touched() const noexcept { return touched_; }
 
@@ -50,6 +53,7 @@ private:
     struct Background {
         float u[3] = {}, v[3] = {};
     };
+    void scatter(const Motion& motion, int cell_px, float reach_px, const Box& from, const Background& b) noexcept;
     [[nodiscard]] Background fit_background(const Motion& motion, float reach_px) const noexcept;
     struct Carry {
         const KnownMotion* known;
@@ -62,6 +66,7 @@ private:
     void fill_from_far(const Hole& hole, const float* depth, int cell_px) noexcept;
 
     Field out_, far_;
+    Background background_;   // of the last run()
     Box touched_;
     std::vector<std::uint8_t> sources_;
     std::vector<float> carry_;   // scratch of run_known

@@ -56,21 +56,50 @@ void TileMap::resize(int width_px, int height_px) {
     still_count = 0;
 }
 
-void compare_tiles(const ConstImage& a, const ConstImage& b, TileMap& map, ThreadPool& pool) noexcept {
-    const int pixel = bytes_per_pixel(a.format);
+namespace {
+
+// All pixels of a tile are the same.
+bool is_even(const ConstImage& i, int x0, int y0, int width, int height) noexcept {
+    const auto pixel = static_cast<std::size_t>(bytes_per_pixel(i.format)), bytes = static_cast<std::size_t>(width) * pixel;
+    const std::byte* first = i.row(y0) + static_cast<std::ptrdiff_t>(x0) * static_cast<std::ptrdiff_t>(pixel);
+    if (std::memcmp(first, first + pixel, bytes - pixel) != 0) return false;
+    for (int y = 1; y < height; ++y)
+        if (std::memcmp(first, first + y * i.row_bytes, bytes) != 0) return false;
+    return true;
+}
+
+}  // namespace
+
+void compare_tiles(const ConstImage& a, const ConstImage& b, const Image& output, TileMap& map, const Kernels& kernels, ThreadPool& pool) noexcept {
+    const int pixel = bytes_per_pixel(a.format), tile_bytes = kTilePx * pixel;
     std::atomic<int> count{0};
     pool.run(map.rows, 8, [&](int row0, int row1) {
         int found = 0;
         for (int row = row0; row < row1; ++row) {
-            const int y0 = row * kTilePx, y1 = std::min(y0 + kTilePx, a.height_px);
-            for (int column = 0; column < map.columns; ++column) {
-                const int x0 = column * kTilePx, x1 = std::min(x0 + kTilePx, a.width_px);
-                const auto from = static_cast<std::ptrdiff_t>(x0) * pixel;
-                const auto bytes = static_cast<std::size_t>(x1 - x0) * static_cast<std::size_t>(pixel);
+            const int y0 = row * kTilePx, height = std::min(kTilePx, a.height_px - y0);
+            std::uint8_t* still = map.still.data() + static_cast<std::ptrdiff_t>(row) * map.columns;
+            const int whole = tile_bytes % 32 == 0 ? a.width_px / kTilePx : 0;
+            kernels.same_tiles(reinterpret_cast<const std::uint8_t*>(a.row(y0)), a.row_bytes, reinterpret_cast<const std::uint8_t*>(b.row(y0)), b.row_bytes, height, whole, tile_bytes, still);
+            for (int column = whole; column < map.columns; ++column) {
+                const auto from = static_cast<std::ptrdiff_t>(column) * tile_bytes;
+                const auto bytes = static_cast<std::size_t>(std::min(kTilePx, a.width_px - column * kTilePx)) * static_cast<std::size_t>(pixel);
                 bool same = true;
-                for (int y = y0; y < y1 && same; ++y) same = std::memcmp(a.row(y) + from, b.row(y) + from, bytes) == 0;
-                map.still[static_cast<std::size_t>(row) * static_cast<std::size_t>(map.columns) + static_cast<std::size_t>(column)] = same;
-                found += same;
+                for (int y = y0; y < y0 + height && same; ++y) same = std::memcmp(a.row(y) + from, b.row(y) + from, bytes) == 0;
+                still[column] = same;
+            }
+            for (int column = 0; column < map.columns;) {
+                int end = column;
+                for (; end < map.columns && still[end] != 0; ++end)
+                    if (is_even(a, end * kTilePx, y0, std::min(kTilePx, a.width_px - end * kTilePx), height)) still[end] = TileMap::kEven;
+                if (end == column) {
+                    ++column;
+                    continue;
+                }
+                found += end - column;
+                const auto from = static_cast<std::ptrdiff_t>(column) * tile_bytes;
+                const auto bytes = static_cast<std::size_t>(std::min(end * kTilePx, a.width_px) - column * kTilePx) * static_cast<std::size_t>(pixel);
+                for (int y = y0; y < y0 + height; ++y) std::memcpy(output.row(y) + from, a.row(y) + from, bytes);
+                column = end;
             }
         }
         count.fetch_add(found, std::memory_order_relaxed);
@@ -102,57 +131,52 @@ float luma_key(const ConstImage& image) noexcept {
     return count == 0 ? 1.0f : static_cast<float>(std::exp(sum / count));
 }
 
-void make_luma(const ConstImage& image, int cell_px, float key, Plane& out, LumaScratch& scratch, const Kernels& kernels,
+void make_luma(const ConstImage& image, int cell_px, float key, Plane& out, const Box& part, LumaScratch& scratch, const Kernels& kernels,
                ThreadPool& pool, const TileMap* known, const Plane* twin) noexcept {
     const bool floats = is_float(image.format);
     const bool direct = (image.format == Format::rgba8 && cell_px <= 4) || image.format == Format::rgba32f;
     const int pixel = floats ? 16 : 4;
+    const int whole = image.width_px / cell_px, per_tile = kTilePx / cell_px;
     std::atomic<std::size_t> next_strip{0};
     const std::size_t strip_count = scratch.strips.size() / scratch.strip_bytes;
     // As many chunks as strips, so that each has one to itself.
-    const int chunk = (out.height() + static_cast<int>(strip_count) - 1) / static_cast<int>(strip_count);
-    pool.run(out.height(), chunk, [&](int row0, int row1) {
+    const int rows = part.y1 - part.y0, chunk = (rows + static_cast<int>(strip_count) - 1) / static_cast<int>(strip_count);
+    pool.run(rows, chunk, [&](int row0, int row1) {
         std::byte* strip = scratch.strips.data() + scratch.strip_bytes * (next_strip.fetch_add(1, std::memory_order_relaxed) % strip_count);
         const std::ptrdiff_t strip_row = static_cast<std::ptrdiff_t>(out.width()) * cell_px * pixel;
-        for (int row = row0; row < row1; ++row) {
+        const auto compute = [&](int row, int cell0, int cell1) {
             const int y0 = row * cell_px;
-            const int whole = image.width_px / cell_px;
-            int skip = 0;
-            if (known != nullptr && known->still_count > 0) {
-                // Still tiles at the left end, and all of a still row.
-                int tiles = 0;
-                while (tiles < known->columns && known->is_still(tiles, y0 / kTilePx)) ++tiles;
-                skip = std::min(tiles * (kTilePx / cell_px), out.width());
-                std::copy_n(twin->row(row), skip, out.row(row));
-                if (skip == out.width()) {
-                    out.pad_row(row);
-                    continue;
-                }
-                int right = known->columns;
-                while (right > tiles && known->is_still(right - 1, y0 / kTilePx)) --right;
-                const int end = std::min(right * (kTilePx / cell_px), out.width());
-                if (end < whole && direct && y0 + cell_px <= image.height_px) {
-                    std::copy_n(twin->row(row) + end, out.width() - end, out.row(row) + end);
-                    luma_strip(image.row(y0) + static_cast<std::ptrdiff_t>(skip) * cell_px * bytes_per_pixel(image.format), image.row_bytes, floats, cell_px, end - skip, key, out.row(row) + skip, kernels);
-                    out.pad_row(row);
-                    continue;
-                }
+            int first = cell0;   // cell from which on the strip is needed
+            if (direct && y0 + cell_px <= image.height_px && cell0 < whole) {
+                first = std::min(cell1, whole);
+                luma_strip(image.row(y0) + static_cast<std::ptrdiff_t>(cell0) * cell_px * pixel, image.row_bytes, floats, cell_px, first - cell0, key, out.row(row) + cell0, kernels);
             }
-            int first = 0;   // cell from which on the strip is needed
-            if (direct && y0 + cell_px <= image.height_px) {
-                luma_strip(image.row(y0), image.row_bytes, floats, cell_px, whole, key, out.row(row), kernels);
-                first = whole;
+            if (first >= cell1) return;
+            const int x0 = first * cell_px, wanted = (cell1 - first) * cell_px, count = std::min(image.width_px - x0, wanted);
+            for (int r = 0; r < cell_px; ++r) {
+                std::byte* to = strip + r * strip_row;
+                unpack_row(image.row(std::min(y0 + r, image.height_px - 1)), image.format, x0, count, to);
+                for (int x = count; x < wanted; ++x) std::memcpy(to + static_cast<std::ptrdiff_t>(x) * pixel, to + static_cast<std::ptrdiff_t>(count - 1) * pixel, static_cast<std::size_t>(pixel));
             }
-            if (first < out.width()) {
-                const int x0 = first * cell_px, count = image.width_px - x0, wanted = (out.width() - first) * cell_px;
-                for (int r = 0; r < cell_px; ++r) {
-                    std::byte* to = strip + r * strip_row;
-                    unpack_row(image.row(std::min(y0 + r, image.height_px - 1)), image.format, x0, count, to);
-                    for (int x = count; x < wanted; ++x) std::memcpy(to + static_cast<std::ptrdiff_t>(x) * pixel, to + static_cast<std::ptrdiff_t>(count - 1) * pixel, static_cast<std::size_t>(pixel));
+            luma_strip(strip, strip_row, floats, cell_px, cell1 - first, key, out.row(row) + first, kernels);
+        };
+        // One row of tiles at a time: what is known is known for all of their cells.
+        for (int row = part.y0 + row0, end = part.y0 + row1; row < end;) {
+            const int tile_row = row / per_tile, next = std::min((tile_row + 1) * per_tile, end);
+            const bool asked = known != nullptr && known->still_count > 0;
+            for (int cell = part.x0; cell < part.x1;) {
+                const bool still = asked && known->is_still(cell / per_tile, tile_row);
+                int cell1 = asked ? cell : part.x1;
+                while (cell1 < part.x1 && known->is_still(cell1 / per_tile, tile_row) == still) cell1 = std::min((cell1 / per_tile + 1) * per_tile, part.x1);
+                for (int y = row; y < next; ++y) {
+                    if (still)
+                        std::copy_n(twin->row(y) + cell, cell1 - cell, out.row(y) + cell);
+                    else
+                        compute(y, cell, cell1);
                 }
-                luma_strip(strip, strip_row, floats, cell_px, out.width() - first, key, out.row(row) + first, kernels);
+                cell = cell1;
             }
-            out.pad_row(row);
+            for (; row < next; ++row) out.pad_row(row);
         }
     });
     out.pad_above_and_below();

@@ -18,17 +18,26 @@ using threads::ThreadPool;
 inline constexpr int kTilePx = 16;
 
 struct TileMap {
+    enum Tile : std::uint8_t {
+        kChanged = 0,
+        kAnchor = 1,   // both sources equal bit for bit, and textured enough to know it: it stands still
+        kEven = 2,     // equal as well, but all of one colour: the inside of what moves may look like that
+    };
     int columns = 0, rows = 0;
-    std::vector<std::uint8_t> still;   // both sources equal bit for bit
-    int still_count = 0;
+    std::vector<std::uint8_t> still;   // Tile
+    int still_count = 0;               // anchors and even ones
 
     void resize(int width_px, int height_px);
     [[nodiscard]] bool is_still(int column, int row) const noexcept {
         return still[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column)] != 0;
     }
+    [[nodiscard]] bool is_anchor(int column, int row) const noexcept {
+        return still[static_cast<std::size_t>(row) * static_cast<std::size_t>(columns) + static_cast<std::size_t>(column)] == kAnchor;
+    }
     [[nodiscard]] bool all_still() const noexcept { return still_count == columns * rows; }
 };
-void compare_tiles(const ConstImage& a, const ConstImage& b, TileMap& map, ThreadPool& pool) noexcept;
+// Still tiles are copied to the output in the same pass, while they are at hand: whatever comes of the rest, they show that.
+void compare_tiles(const ConstImage& a, const ConstImage& b, const Image& output, TileMap& map, const Kernels& kernels, ThreadPool& pool) noexcept;
 
 // Room for the rows of a few cells, one per chunk that may run at a time; sized once.
 struct LumaScratch {
@@ -40,9 +49,9 @@ struct LumaScratch {
 // The key of a float picture; 1 if nothing in it is positive.
 [[nodiscard]] float luma_key(const ConstImage& image) noexcept;
 
-// Fills `out`, sized ceil(picture / cell_px), with its padding. `known`: rows of cells in which every tile is still are taken
+// Fills `part` of `out`, sized ceil(picture / cell_px), with its padding where `part` reaches it. `known`: still tiles are taken
 // from `twin`, the other picture's luma; null: none are.
-void make_luma(const ConstImage& image, int cell_px, float key, Plane& out, LumaScratch& scratch, const Kernels& kernels,
+void make_luma(const ConstImage& image, int cell_px, float key, Plane& out, const Box& part, LumaScratch& scratch, const Kernels& kernels,
                ThreadPool& pool, const TileMap* known = nullptr, const Plane* twin = nullptr) noexcept;
 
 // Four channels of 8 bits or four floats per pixel, to gather from; pixels of a format that is already so are borrowed.

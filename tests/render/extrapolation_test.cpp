@@ -359,7 +359,7 @@ TEST(Extrapolation, GazeSavesEffortOutsideAndNothingInside) {
 }
 
 TEST(Extrapolation, AGazeAnywhereAndOfAnySizeGivesAFrame) {
-    const Picture a = square_at(300, 60, 90), b = square_at(300, 66, 88, 2.5f), still = square_at(300, 66, 88);
+    const Picture a = square_at(300, 60, 90), b = square_at(300, 66, 88, 2.5f), still = square_at(300, 66, 88), truth = square_at(300, 69, 87, 3.75f);
     Picture out(300, 300, Format::rgba8), three(out);
     for (const Preset p : {Preset::draft, Preset::best}) {
         auto e = engine(p), e3 = engine(p, 3);
@@ -368,7 +368,32 @@ TEST(Extrapolation, AGazeAnywhereAndOfAnySizeGivesAFrame) {
                 ASSERT_EQ(run(e, *before, b, out, 0.5f, {.gaze = &gaze}), Outcome::ok);
                 ASSERT_EQ(run(e3, *before, b, three, 0.5f, {.gaze = &gaze}), Outcome::ok);
                 EXPECT_EQ(out, three) << gaze.x_px << " " << gaze.full_radius_px;
+                if (before == &a) {
+                    EXPECT_GT(psnr(out, truth), psnr(b, truth) + 3) << gaze.x_px << " " << gaze.full_radius_px << ": less effort, and still a motion";
+                }
             }
+    }
+}
+
+TEST(Extrapolation, AGazeGivesTheSameFrameWhateverCameBefore) {
+    // All moves; a square moves before what stands still; one beside it moves otherwise.
+    const Picture moved[2] = {moved_noise(400, 330, Format::rgba8, 0, 0), moved_noise(400, 330, Format::rgba8, 6.3f, 3.1f)};
+    const Picture one[2] = {square_at(400, 190, 150), square_at(400, 197, 153)}, other[2] = {square_at(400, 238, 140), square_at(400, 226, 130)};
+    const Gaze centre{205, 165, 40, 90}, corner{30, 310, 48, 80};
+    Picture first(400, 330, Format::rgba8), again(first);
+    Picture small_first(400, 400, Format::rgba8), small_again(small_first);
+    for (const Preset p : {Preset::balanced, Preset::best}) {
+        auto fresh = engine(p), used = engine(p);
+        ASSERT_EQ(run(fresh, one[0], one[1], small_first, 0.5f, {.gaze = &centre}), Outcome::ok);
+        for (const Gaze* gaze : {&corner, &centre, static_cast<const Gaze*>(nullptr)})
+            for (const Picture* pair : {other, one}) ASSERT_EQ(run(used, pair[0], pair[1], small_again, 0.8f, {.gaze = gaze}), Outcome::ok);
+        ASSERT_EQ(run(used, one[0], one[1], small_again, 0.5f, {.gaze = &centre}), Outcome::ok);
+        EXPECT_EQ(small_first, small_again) << preset_name(p);
+        EXPECT_GT(psnr(small_first, square_at(400, 200.5f, 154.5f)), psnr(one[1], square_at(400, 200.5f, 154.5f)) + 3) << preset_name(p);
+        ASSERT_EQ(run(fresh, moved[0], moved[1], first, 0.5f, {.gaze = &centre}), Outcome::ok);
+        ASSERT_EQ(run(used, moved[0], moved[1], again, -0.8f, {.gaze = &corner}), Outcome::ok);
+        ASSERT_EQ(run(used, moved[0], moved[1], again, 0.5f, {.gaze = &centre}), Outcome::ok);
+        EXPECT_EQ(first, again) << preset_name(p);
     }
 }
 
