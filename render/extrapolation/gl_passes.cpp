@@ -318,13 +318,40 @@ GLuint GlPasses::carry(GLuint motion, float step) noexcept {
     r.set_size(w, h);
     r.set_cell(cell_px_);
     r.pass(Kernel::displacement, displacement, w, h, over(List::reached, cell_px_));
-    r.clear(dense_[0], {0, 0, 0, 0});
+    r.clear(dense_[0], {0, 0, 0, -1});
     r.use(Kernel::fill);
     r.bind(0, displacement);
     r.bind(1, background_);
     r.set_size(w, h);
     r.pass(Kernel::fill, dense_[0], w, h, over(List::reached, cell_px_));
     return dense_[0];
+}
+
+GLuint GlPasses::find_sides(GLuint displacement) noexcept {
+    GlRunner& r = runner_;
+    const int w = levels_[0].width, h = levels_[0].height, squares_wide = (w + 7) / 8, squares_high = (h + 7) / 8;
+    constexpr float kMostEdges = 1.0f / 16;   // of the cells
+    r.clear(spans_[0], {0, 64, 0, 1});
+    r.use(Kernel::edges);
+    r.bind(0, displacement);
+    r.set_size(w, h);
+    r.pass(Kernel::edges, spans_[0], squares_wide, squares_high, over(List::reached, 8 * cell_px_));
+    r.use(Kernel::count);
+    r.bind(0, spans_[0]);
+    r.set_size(squares_wide, squares_high);
+    r.pass(Kernel::count, counts_, 1, squares_high, over_all_if_any());
+    r.use(Kernel::verdict);
+    r.bind(0, counts_);
+    r.set_size(1, squares_high);
+    r.set_reach(kMostEdges);
+    r.pass(Kernel::verdict, verdict_, 1, 1, over_all_if_any());
+    regions_.find_edges(spans_[0], verdict_);
+    r.use(Kernel::sides);
+    r.bind(0, displacement);
+    r.bind(1, background_);
+    r.set_size(w, h);
+    r.pass(Kernel::sides, dense_[1], w, h, over(List::edges, cell_px_));
+    return dense_[1];
 }
 
 bool GlPasses::run(GLuint near, int near_level, GLuint far, GLuint output, int output_level, int width_px, int height_px, Format format, float step) noexcept {
@@ -334,16 +361,20 @@ bool GlPasses::run(GLuint near, int near_level, GLuint far, GLuint output, int o
     r.copy(near, near_level, output, output_level, width_px, height_px);
     regions_.find_moving(near, far);
     make_levels(near, far, format);
-    const GLuint displacement = carry(find_motion(), step);
-
-    r.use(r.programs().gather(format));
-    if (!is_float(format)) r.sample_linearly(0);
-    r.bind(0, near);
-    r.bind(1, displacement);
-    r.set_size(width_px, height_px);
-    r.set_cell(cell_px_);
-    r.set_rounds(tuning_.cubic ? 1 : 0);
-    r.draw(output, output_level, width_px, height_px, over(List::reached, 1));
+    const GLuint displacement = carry(find_motion(), step), sides = find_sides(displacement);
+    for (const bool judged : {false, true}) {
+        r.use(judged ? r.programs().judged_gather(format) : r.programs().gather(format));
+        if (!is_float(format))
+            for (const int unit : {0, 2}) r.sample_linearly(unit);
+        r.bind(0, near);
+        r.bind(1, judged ? sides : displacement);
+        r.bind(2, far);
+        r.set_size(width_px, height_px);
+        r.set_cell(cell_px_);
+        r.set_step(step);
+        r.set_rounds((tuning_.cubic ? 1 : 0) + (format == Format::r8 ? 2 : 0));
+        r.draw(output, output_level, width_px, height_px, over(judged ? List::edges : List::reached, 1));
+    }
     r.end();
     return true;
 }

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "render/extrapolation/gl_shaders.hpp"
+#include "render/extrapolation/gl_shaders_edges.hpp"
 #include "render/extrapolation/gl_shaders_field.hpp"
 #include "render/extrapolation/gl_shaders_regions.hpp"
 
@@ -44,6 +45,9 @@ constexpr Row kTable[] = {{.source = shaders::kCompare},
                           {.source = shaders::kWiden},
                           {.source = shaders::kDisplacement},
                           {.source = shaders::kFill},
+                          {.source = shaders::kEdges},
+                          {.source = shaders::kNearEdges},
+                          {.source = shaders::kSides},
                           {.source = shaders::kCopy}};
 static_assert(std::size(kTable) == kKernels);
 
@@ -117,9 +121,11 @@ Result<void> GlPrograms::build(bool compute) {
         kernels_[k] = link(gl_, row.source, compute && row.computed, row, log);
         if (kernels_[k].name == 0) return failed();
     }
-    const std::string bytes = std::string(shaders::kGatherHead) + shaders::kGatherBytes, floats = std::string(shaders::kGatherHead) + shaders::kGatherFloats;
-    for (int i = 0; i < 2; ++i) {
-        gathers_[i] = link(gl_, i == 0 ? bytes : floats, false, {}, log);
+    for (int i = 0; i < 4; ++i) {
+        const bool floats = i % 2 == 1, judged = i >= 2;
+        const std::string body = std::string(shaders::kGatherHead) + (floats ? shaders::kGatherFloats : shaders::kGatherBytes) +
+                                 (judged ? std::string(floats ? shaders::kJudgedFloats : shaders::kJudgedBytes) + shaders::kJudged : shaders::kDisplaced);
+        gathers_[i] = link(gl_, body, false, {}, log);
         if (gathers_[i].name == 0) return failed();
     }
     return {};

@@ -17,8 +17,8 @@ struct GlProgram {
 };
 
 // In the order of their run; kCopy reads a texture that cannot be attached.
-enum class Kernel : std::uint8_t { compare, still, moving, reached, blocks, runs, rectangles, row_count, prefix, list, args, near_luma, far_luma, tiles, halve, search, balance, spread, smooth, judge, count, verdict, carry, background, span, widen, displacement, fill, copy };
-inline constexpr int kKernels = 29;
+enum class Kernel : std::uint8_t { compare, still, moving, reached, blocks, runs, rectangles, row_count, prefix, list, args, near_luma, far_luma, tiles, halve, search, balance, spread, smooth, judge, count, verdict, carry, background, span, widen, displacement, fill, edges, near_edges, sides, copy };
+inline constexpr int kKernels = 32;
 
 class GlPrograms {
 public:
@@ -34,13 +34,15 @@ public:
     [[nodiscard]] bool computes(Kernel k) const noexcept { return compute_ && is_computed(k); }
     // Always drawn: no driver has to be able to store to every output that it can draw to.
     [[nodiscard]] const GlProgram& gather(Format format) const noexcept { return gathers_[is_float(format) ? 1 : 0]; }
+    // The same for pixels at edges of motion.
+    [[nodiscard]] const GlProgram& judged_gather(Format format) const noexcept { return gathers_[is_float(format) ? 3 : 2]; }
 
 private:
     [[nodiscard]] static bool is_computed(Kernel k) noexcept;
 
     const GlFunctions& gl_;
     bool compute_ = false;
-    GlProgram kernels_[kKernels], gathers_[2];
+    GlProgram kernels_[kKernels], gathers_[4];
 };
 
 }  // namespace fovea::render::extrapolation

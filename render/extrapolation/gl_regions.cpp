@@ -29,7 +29,7 @@ void GlRegions::release() noexcept {
         t = 0;
     };
     for (GLuint* t : {&same_, &still_, &args_}) drop(*t);
-    for (Lister* l : {&moving_, &reached_, &blocks_})
+    for (Lister* l : {&moving_, &reached_, &edges_, &blocks_})
         for (GLuint* t : {&l->map, &l->runs, &l->rectangles, &l->row_count, &l->prefix, &l->list}) drop(*t);
     if (args_buffer_ != 0) gl.DeleteBuffers(1, &args_buffer_);
     args_buffer_ = 0;
@@ -64,6 +64,7 @@ void GlRegions::resize(int width_px, int height_px, int finest_width, int finest
     still_ = runner_.make_image(per(width_px, kComparedPx), per(height_px, kComparedPx));
     make(moving_, columns, rows, false);
     make(reached_, columns, rows, false);
+    make(edges_, columns, rows, false);
     if (compute) make(blocks_, per(columns, kBlockTiles), per(rows, kBlockTiles), true);
     args_ = runner_.make_image(entries_, 1, GL_RGBA32UI);
     gl.GenBuffers(1, &args_buffer_);
@@ -141,23 +142,31 @@ void GlRegions::find_moving(GLuint near, GLuint far) noexcept {
     r.bind(5, compute_ ? blocks_.prefix : moving_.prefix);
     r.set_size(finest_width_, finest_height_);
     r.set_cell(std::max(kBlockTiles * tile_px_ / (kPatchCells * cell_px_) / 8, 1));
-    write_args(entries_ - Args::kMoving, Args::kMoving);
-    r.set_lists(args_buffer_, moving_.list, reached_.list, tile_px_, blocks_.list, kBlockTiles * tile_px_);
+    write_args(entries_ - Args::of(List::moving), Args::of(List::moving));
+    r.set_lists(args_buffer_, {reached_.list, edges_.list, moving_.list}, tile_px_, blocks_.list, kBlockTiles * tile_px_);
 }
 
-void GlRegions::find_reached(GLuint spans) noexcept {
+// From squares of cells, which the kernel turns into a map of tiles.
+void GlRegions::list_later(const Lister& l, GLuint squares, List which, Kernel kernel) noexcept {
     GlRunner& r = runner_;
-    r.use(Kernel::reached);
-    r.bind(0, spans);
+    r.clear(l.map, {0, 0, 0, 0});
+    r.use(kernel);
+    r.bind(0, squares);
     r.set_size(per(finest_width_, kSpanCells), per(finest_height_, kSpanCells));
     r.set_cell(std::max(tile_px_ / (kSpanCells * cell_px_), 1));
-    r.clear(reached_.map, {0, 0, 0, 0});
-    r.draw(reached_.map, 0, reached_.columns, reached_.rows, over_all_if_any());
-    list_rectangles(reached_);
+    r.draw(l.map, 0, l.columns, l.rows, over_all_if_any());
+    list_rectangles(l);
     r.use(Kernel::args);
-    r.bind(4, reached_.prefix);
-    r.bind(5, reached_.prefix);
-    write_args(2, Args::kReached);
+    r.bind(4, l.prefix);
+    r.bind(5, l.prefix);
+    write_args(2, Args::of(which));
+}
+
+void GlRegions::find_reached(GLuint spans) noexcept { list_later(reached_, spans, List::reached, Kernel::reached); }
+
+void GlRegions::find_edges(GLuint edges, GLuint few) noexcept {
+    runner_.bind(1, few);
+    list_later(edges_, edges, List::edges, Kernel::near_edges);
 }
 
 GlRegions::Counts GlRegions::counts() noexcept {
@@ -169,7 +178,8 @@ GlRegions::Counts GlRegions::counts() noexcept {
     gl.BindBuffer(GL_PIXEL_PACK_BUFFER, args_buffer_);
     if (const auto* words = static_cast<const GLuint*>(gl.MapBufferRange(GL_PIXEL_PACK_BUFFER, 0, Args::kLevel * Args::kBytes, GL_MAP_READ_BIT)); words != nullptr) {
         constexpr int kWords = Args::kBytes / 4;
-        result = {static_cast<int>(words[kWords * (Args::kMoving + 1)]), static_cast<int>(words[kWords * (Args::kReached + 1)]), moving_.columns * moving_.rows};
+        const auto tiles = [&](List list) { return static_cast<int>(words[kWords * (Args::of(list) + 1)]); };
+        result = {tiles(List::moving), tiles(List::reached), tiles(List::edges), moving_.columns * moving_.rows};
         gl.UnmapBuffer(GL_PIXEL_PACK_BUFFER);
     }
     gl.BindBuffer(GL_PIXEL_PACK_BUFFER, static_cast<GLuint>(bound));

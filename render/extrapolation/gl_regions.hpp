@@ -2,10 +2,10 @@
 //
 //   near, far -> tiles (still or not) -> moving  -> rectangles of tiles, to draw   -> counts -> args buffer: see gl_runner.hpp
 //                                               \-> blocks of 4x4, to dispatch    /
-//   how far motion takes what moves  -> reached -> rectangles of tiles, to draw -> counts -> args buffer
+//   how far motion takes what moves -> reached, and where displacements differ -> edges -> rectangles of tiles -> args buffer
 //
 // A tile is `moving` if anything differs in it or beside it, `reached` if anything that moves may land in it. A still pair has
-// neither, and every later pass over a list is empty.
+// none, and every later pass over a list is empty.
 // Cost: the compare reads both sources once; the rest are some twenty passes over a few thousand texels at most.
 // Threads: the context's thread.
 #pragma once
@@ -29,9 +29,12 @@ public:
     // The list `reached`; spans: of kWiden, over squares of 8 cells.
     void find_reached(GLuint spans) noexcept;
 
+    // The list `edges`; edges: of kEdges, over the same squares; few: of kVerdict.
+    void find_edges(GLuint edges, GLuint few) noexcept;
+
     [[nodiscard]] GLuint still() const noexcept { return still_; }   // per 16x16 pixels: red 1 where both sources are the same, bit for bit
     struct Counts {
-        int moving = 0, reached = 0, all = 0;   // tiles
+        int moving = 0, reached = 0, edges = 0, all = 0;   // tiles
     };
     // Of the last run. Waits for the driver.
     [[nodiscard]] Counts counts() noexcept;
@@ -44,12 +47,13 @@ private:
     void make(Lister& l, int columns, int rows, bool blocks) noexcept;
     void list_rectangles(const Lister& l) noexcept;
     void list(const Lister& l, GLuint rectangles) noexcept;
+    void list_later(const Lister& l, GLuint squares, List which, Kernel kernel) noexcept;
     void write_args(int entries, int first) noexcept;
 
     GlRunner& runner_;
     bool compute_ = false;
     GLuint same_ = 0, still_ = 0, args_ = 0, args_buffer_ = 0;
-    Lister moving_, reached_, blocks_;
+    Lister moving_, reached_, edges_, blocks_;
     int width_px_ = 0, height_px_ = 0, tile_px_ = 0, entries_ = 0, finest_width_ = 0, finest_height_ = 0, cell_px_ = 0;
 };
 

@@ -59,11 +59,10 @@ void GlRunner::begin() noexcept {
     for (GLuint unit = 0; unit < static_cast<GLuint>(GlStateGuard::kUnits); ++unit) gl_.BindSampler(unit, nearest_);
 }
 
-void GlRunner::set_lists(GLuint args_buffer, GLuint moving, GLuint reached, int tile_px, GLuint moving_blocks, int block_px) noexcept {
+void GlRunner::set_lists(GLuint args_buffer, const GLuint (&lists)[3], int tile_px, GLuint moving_blocks, int block_px) noexcept {
     gl_.BindBuffer(GL_DRAW_INDIRECT_BUFFER, args_buffer);
     gl_.BindBuffer(GL_DISPATCH_INDIRECT_BUFFER, args_buffer);
-    moving_ = moving;
-    reached_ = reached;
+    for (int i = 0; i < 3; ++i) lists_[i] = lists[i];
     tile_px_ = tile_px;
     blocks_ = moving_blocks;
     block_px_ = block_px;
@@ -81,10 +80,9 @@ void GlRunner::bind(int unit, GLuint texture) noexcept {
 void GlRunner::run_draw(int width, int height, const Over& where) noexcept {
     gl_.Viewport(0, 0, width, height);
     if (where.what == Over::What::list) {
-        const bool moving = where.list == List::moving;
-        bind(kListUnit, moving ? moving_ : reached_);
+        bind(kListUnit, lists_[static_cast<int>(where.list)]);
         gl_.Uniform4i(current_.place, tile_px_ / where.texel_px, 0, width, height);
-        return gl_.DrawArraysIndirect(GL_TRIANGLE_STRIP, buffer_offset(moving ? Args::kMoving : Args::kReached));
+        return gl_.DrawArraysIndirect(GL_TRIANGLE_STRIP, buffer_offset(Args::of(where.list)));
     }
     gl_.Uniform4i(current_.place, 0, 0, width, height);
     if (where.what == Over::What::everything) return gl_.DrawArrays(GL_TRIANGLES, 0, 3);

@@ -3,7 +3,7 @@
 // A pass goes over everything, over everything if anything moves, or over a list of tiles. How long a list is only the driver
 // knows: draws and dispatches take their counts from a buffer that it has filled, and nothing is read back.
 //
-//   args buffer, 16 bytes each:   draw `reached`, its tiles, draw `moving`, its tiles, draw everything, dispatch `moving`, a level x n
+//   args buffer, 16 bytes each:   draw and tiles of `reached`, `edges`, `moving`; draw everything; dispatch `moving`, a level x n
 //
 // Threads: the context's thread.
 #pragma once
@@ -15,16 +15,15 @@
 
 namespace fovea::render::extrapolation {
 
-// The tiles where anything differs and those beside them; those that anything may land in.
-enum class List : std::uint8_t { moving, reached };
+// The tiles where anything differs and those beside them; those that anything may land in; those where two motions meet.
+enum class List : std::uint8_t { reached, edges, moving };
 
 // Where in the args buffer, in units of 16 bytes.
 struct Args {
-    static constexpr int kReached = 0;   // to draw the list; then how many tiles it has
-    static constexpr int kMoving = 2;
-    static constexpr int kDrawAny = 4;   // one triangle, or none
-    static constexpr int kPatches = 5;   // the work groups of the patches of `moving`
-    static constexpr int kLevel = 6;     // the work groups of the patches of each level
+    static constexpr int of(List list) noexcept { return 2 * static_cast<int>(list); }   // to draw it; then how many tiles it has
+    static constexpr int kDrawAny = 6;   // one triangle, or none
+    static constexpr int kPatches = 7;   // the work groups of the patches of `moving`
+    static constexpr int kLevel = 8;     // the work groups of the patches of each level
     static constexpr int kBytes = 16;
 };
 
@@ -50,7 +49,7 @@ public:
     // A GlStateGuard with passes is alive, here and below.
     void begin() noexcept;
     // See gl_regions.hpp.
-    void set_lists(GLuint args_buffer, GLuint moving, GLuint reached, int tile_px, GLuint moving_blocks, int block_px) noexcept;
+    void set_lists(GLuint args_buffer, const GLuint (&lists)[3], int tile_px, GLuint moving_blocks, int block_px) noexcept;
 
     void use(const GlProgram& program) noexcept;
     void use(Kernel kernel) noexcept { use(programs_.of(kernel)); }
@@ -83,7 +82,7 @@ private:
     GlPrograms programs_;
     GlProgram current_;
     GLuint array_ = 0, framebuffer_ = 0, several_ = 0, linear_ = 0, nearest_ = 0;
-    GLuint moving_ = 0, reached_ = 0, blocks_ = 0;
+    GLuint lists_[3] = {}, blocks_ = 0;
     int tile_px_ = 0, block_px_ = 0;
 };
 

@@ -43,7 +43,7 @@ vec4 kernel(ivec2 at) {
 }
 )";
 
-// Blocks of 8x8: x 1 where the motion explains more than standing still does, y 1 where there is texture, z 1 where nothing
+// Blocks of 8x8: x 1 where the motion explains them, and standing still does not four times better, y 1 where there is texture, z 1 where nothing
 // explains it. image0: motion of the finest level, image1 and image2: near and far luma of this one, `rounds` levels coarser;
 // size: of that.
 inline constexpr const char* kJudge = R"(//K judge
@@ -74,7 +74,7 @@ vec4 kernel(ivec2 at) {
     vec3 variance = squares / n - (sums / n) * (sums / n);   // of the luma, of standing still, of the motion
     bool textured = variance.x > 4.0;
     bool still = texelFetch(image3, tile, 0).r > 0.5;
-    bool worse = variance.z > 0.97 * variance.y + 0.5 || (textured && variance.z > 1.2 * variance.x);
+    bool worse = variance.z > 4.0 * variance.y + 0.5 || (textured && variance.z > 0.9 * variance.x);
     return vec4(worse ? 0.0 : 1.0, textured ? 1.0 : 0.0, textured && variance.z > 0.5 * variance.x && !still ? 1.0 : 0.0, 1.0);
 }
 )";
@@ -258,8 +258,9 @@ vec4 kernel(ivec2 at) {
 }
 )";
 
-// image0: near, image1: displacement per cell. rounds: 1 cubic, else linear.
-inline constexpr const char* kGatherHead = R"(//K gather
+// image0: near, image1: displacement per cell. rounds: odd cubic, else linear. A gather is this, kDisplaced or kJudged, and kGatherBytes
+// or kGatherFloats.
+inline constexpr const char* kDisplaced = R"(//K gather
 // Between cell centres; where neighbours differ they belong to different surfaces, and the nearer one counts. A pixel whose own
 // cell stands still does.
 vec2 displacement(ivec2 at) {
@@ -273,6 +274,9 @@ vec2 displacement(ivec2 at) {
     if (max(apart.x, apart.y) > 3.0 || own == vec2(0.0)) return own;
     return vec2(mix(mix(u.x, u.y, f.x), mix(u.z, u.w, f.x), f.y), mix(mix(v.x, v.y, f.x), mix(v.z, v.w, f.x), f.y));
 }
+vec4 kernel(ivec2 at) { return gathered(at, displacement(at)); }
+)";
+inline constexpr const char* kGatherHead = R"(
 // Keys' cubic, slope -0.6 at 1.
 vec4 lobes(float f) {
     float g = 1.0 - f;
@@ -286,12 +290,11 @@ vec4 lobes(float f) {
 // at most, are left out.
 inline constexpr const char* kGatherBytes = R"(
 vec4 tap(float x, float y) { return textureLod(image0, vec2(x, y) / vec2(size), 0.0); }
-vec4 kernel(ivec2 at) {
+vec4 gathered(ivec2 at, vec2 d) {
     vec4 own = texelFetch(image0, at, 0);
-    vec2 d = displacement(at);
     if (dot(d, d) < 1.0 / 65536.0) return own;
     vec2 p = vec2(at) + d, base = floor(p), f = p - base;
-    if (rounds == 0) return tap(p.x + 0.5, p.y + 0.5);
+    if (rounds % 2 == 0) return tap(p.x + 0.5, p.y + 0.5);
     vec4 wx = lobes(f.x), wy = lobes(f.y);
     float mx = wx.y + wx.z, my = wy.y + wy.z, x = base.x + 0.5 + wx.z / mx, y = base.y + 0.5 + wy.z / my;
     vec4 sum = mx * my * tap(x, y) + wx.x * my * tap(base.x - 0.5, y) + wx.w * my * tap(base.x + 2.5, y) + mx * wy.x * tap(x, base.y - 0.5) + mx * wy.w * tap(x, base.y + 2.5);
@@ -304,9 +307,8 @@ inline constexpr const char* kGatherFloats = R"(
 // By its bits: a compiler may take v - v for 0, whatever v is.
 bool finite(vec4 v) { return all(notEqual(floatBitsToUint(v) & 0x7f800000u, uvec4(0x7f800000u))); }
 vec4 tap(ivec2 p) { return texelFetch(image0, clamp(p, ivec2(0), size - 1), 0); }
-vec4 kernel(ivec2 at) {
+vec4 gathered(ivec2 at, vec2 d) {
     vec4 own = texelFetch(image0, at, 0);
-    vec2 d = displacement(at);
     if (dot(d, d) < 1.0 / 65536.0 || !finite(own)) return own;
     vec2 p = vec2(at) + d, base = floor(p), f = p - base;
     vec4 sum = vec4(0.0), low = vec4(3.4e38), high = vec4(-3.4e38);
@@ -322,7 +324,7 @@ vec4 kernel(ivec2 at) {
         total += w;
     }
     if (total <= 0.0) return own;
-    if (rounds == 0 || total < 0.999) return sum / total;
+    if (rounds % 2 == 0 || total < 0.999) return sum / total;
     vec4 wx = lobes(f.x), wy = lobes(f.y), all4 = vec4(0.0);
     for (int k = 0; k < 16; ++k) {
         vec4 v = tap(ivec2(base) + ivec2(k & 3, k >> 2) - 1);

@@ -7,18 +7,9 @@ namespace fovea::test {
 namespace {
 
 constexpr int kSize = 320;
-// How far behind the shaders may be. The processor judges the pixels at edges of motion one by one, which counts most in
-// small pictures with many of them; the shaders do not.
-constexpr struct {
-    const char* scene;
-    double behind_db;
-} kAllowed[] = {{"rotation", 2}, {"translation", 3.25}, {"object", 1}, {"occlusion", 2.5}, {"thin", 1}, {"specular", 1}, {"repetitive", 1}, {"flicker", 1}, {"cut", 0.005}};
-double allowed_db(const std::string& scene) {
-    for (const auto& a : kAllowed)
-        if (scene == a.scene) return a.behind_db;
-    ADD_FAILURE() << scene << " is not in the table";
-    return 0;
-}
+// How far behind the shaders may be. Without the judgement of pixels at edges of motion translation is 2.6 dB behind here,
+// rotation and occlusion more than 1.
+constexpr double kBehind_db = 0.5;
 
 Picture rendered(const tools::ExtrapolationScene& scene, double time, int size = kSize) {
     Picture p(size, size, Format::rgba8);
@@ -63,7 +54,7 @@ TEST_F(ExtrapolationGlQuality, EverySceneIsAboutAsCloseToTheTruthAsOnTheProcesso
                 ASSERT_EQ(made->extrapolate(src1, src2, out, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
                 const double here = psnr(read(out, s.truth), s.truth), there = psnr(by_processor, s.truth);
                 std::printf("%-9s %-8s %-12s %6.2f dB, processor %6.2f, repeating %6.2f\n", preset_name(preset), backend_name(b), s.name.c_str(), here, there, psnr(s.src2, s.truth));
-                EXPECT_GT(here, there - allowed_db(s.name)) << preset_name(preset) << " " << backend_name(b) << " " << s.name;
+                EXPECT_GT(here, there - kBehind_db) << preset_name(preset) << " " << backend_name(b) << " " << s.name;
                 EXPECT_GE(here, psnr(s.src2, s.truth) - 0.005) << preset_name(preset) << " " << backend_name(b) << " " << s.name << ": worse than repeating";
             }
         }

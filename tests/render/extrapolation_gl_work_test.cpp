@@ -1,4 +1,6 @@
 // The shaders work where anything moves, and nowhere else.
+#include <algorithm>
+
 #include "tests/render/extrapolation_gl.hpp"
 
 namespace fovea::test {
@@ -7,10 +9,11 @@ namespace {
 
 constexpr int kWidth = 330, kHeight = 250;   // no multiples of a tile
 
-// Noise that stands still, but for a rectangle of other noise that has moved by (dx, dy).
-Picture moved_in_part(int x0, int y0, int x1, int y1, float dx, float dy) {
-    Picture p = moved_noise(kWidth, kHeight, Format::rgba8, 0, 0), other = moved_noise(kWidth, kHeight, Format::rgba8, dx, dy, 50);
-    for (int y = y0; y < y1; ++y) std::memcpy(p.at(x0, y), other.at(x0, y), static_cast<std::size_t>(4 * (x1 - x0)));
+// Noise that stands still, but for a rectangle of other noise that has moved by (dx, dy), with its content.
+Picture moved_in_part(int x0, int y0, int x1, int y1, int dx, int dy) {
+    Picture p = moved_noise(kWidth, kHeight, Format::rgba8, 0, 0), other = moved_noise(kWidth, kHeight, Format::rgba8, static_cast<float>(dx), static_cast<float>(dy), 50);
+    for (int y = std::clamp(y0 + dy, 0, kHeight); y < std::clamp(y1 + dy, 0, kHeight); ++y)
+        for (int x = std::clamp(x0 + dx, 0, kWidth); x < std::clamp(x1 + dx, 0, kWidth); ++x) std::memcpy(p.at(x, y), other.at(x, y), 4);
     return p;
 }
 
@@ -35,7 +38,7 @@ TEST_F(ExtrapolationGlWork, AStillPairIsComparedAndCopiedAndThatIsAll) {
 }
 
 TEST_F(ExtrapolationGlWork, AMovingPartIsWorkedOnByItself) {
-    const Picture a = moved_in_part(100, 90, 180, 154, 0, 0), b = moved_in_part(100, 90, 180, 154, 3, 1);
+    const Picture a = moved_in_part(100, 90, 180, 154, 0, 0), b = moved_in_part(100, 90, 180, 154, 4, 2);
     const GLuint src1 = texture(a), src2 = texture(b), out = texture(a);
     for (auto& [k, e] : sides_) {
         ASSERT_EQ(e.extrapolate(src1, src2, out, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
@@ -46,23 +49,22 @@ TEST_F(ExtrapolationGlWork, AMovingPartIsWorkedOnByItself) {
         EXPECT_GE(work.written, 6 * 5) << backend_name(k);
         EXPECT_LE(work.written, 10 * 9) << backend_name(k);
         EXPECT_GT(work.tiles, (kWidth / 16) * (kHeight / 16)) << backend_name(k);
-        const Picture result = read(out, a), truth = moved_in_part(100, 90, 180, 154, 4.5f, 1.5f);
+        const Picture result = read(out, a), truth = moved_in_part(100, 90, 180, 154, 6, 3);
         for (int y = 0; y < kHeight; ++y)
             for (int x = 0; x < kWidth; ++x)
                 ASSERT_TRUE((x >= 64 && x < 216 && y >= 54 && y < 190) || std::memcmp(result.at(x, y), b.at(x, y), 4) == 0) << backend_name(k) << " " << x << " " << y;
-        EXPECT_GT(psnr(result, truth), psnr(b, truth) + 3) << backend_name(k);
+        EXPECT_GT(psnr(result, truth), psnr(b, truth) + 7) << backend_name(k);
     }
 }
 
 // The corners of the picture, where a patch of the search lies outside of it.
 TEST_F(ExtrapolationGlWork, WhatMovesInACornerIsFound) {
-    for (const auto& [x0, y0, x1, y1] : {std::array{0, 0, 50, 40}, {kWidth - 50, kHeight - 40, kWidth, kHeight}, {kWidth - 41, 0, kWidth, 40}}) {
-        const Picture a = moved_in_part(x0, y0, x1, y1, 0, 0), b = moved_in_part(x0, y0, x1, y1, 2, 2), truth = moved_in_part(x0, y0, x1, y1, 3, 3);
+    for (const auto& [x0, y0, x1, y1] : {std::array{-20, -20, 50, 40}, {kWidth - 50, kHeight - 40, kWidth + 20, kHeight + 20}, {kWidth - 41, -20, kWidth + 20, 40}}) {
+        const Picture a = moved_in_part(x0, y0, x1, y1, 0, 0), b = moved_in_part(x0, y0, x1, y1, 4, 2), truth = moved_in_part(x0, y0, x1, y1, 6, 3);
         const GLuint src1 = texture(a), src2 = texture(b), out = texture(a);
         for (auto& [k, e] : sides_) {
-            if (k == Backend::processor) continue;   // it has no such patches
             ASSERT_EQ(e.extrapolate(src1, src2, out, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
-            EXPECT_GT(psnr(read(out, a), truth), psnr(b, truth) + 2) << backend_name(k) << " " << x0 << " " << y0;
+            EXPECT_GT(psnr(read(out, a), truth), psnr(b, truth) + 4) << backend_name(k) << " " << x0 << " " << y0;
         }
     }
 }
