@@ -245,6 +245,13 @@ public:
     // Made by the first extrapolation.
     [[nodiscard]] std::unique_ptr<render::extrapolation::GlExtrapolator>& extrapolator() noexcept { return extrapolator_; }
 
+    // Vertex arrays that hold deleted buffers (vertex_arrays.cpp).
+    [[nodiscard]] std::unordered_set<GLuint>& vertex_arrays() noexcept { return vertex_arrays_; }
+    void deleting_buffers(GLsizei count, const GLuint* names);
+    [[nodiscard]] bool keeps_deleted(GLuint attribute);  // of the array that is bound
+    [[nodiscard]] bool keeps_deleted_indices();
+    [[nodiscard]] bool is_recording() const noexcept { return recording_; }
+
     // Multiview (multiview.cpp).
     [[nodiscard]] GLuint views_of(GLuint framebuffer) const;
     [[nodiscard]] GLenum view_status(GLenum framebuffer_target);  // COMPLETE, or what the extension says
@@ -387,6 +394,7 @@ private:
     std::uint64_t frame_ = 1;
     std::vector<GLuint> deletions_, kept_buffers_;
     std::vector<LateUpload> late_uploads_;  // after the last recorded draw
+    std::unordered_set<GLuint> vertex_arrays_;  // without the default one
     std::unordered_map<GLuint, ProgramFacts> facts_;
     ProgramFacts pipeline_facts_;
 

@@ -135,7 +135,9 @@ def wrapper(command, policy, group):
                 lines.append("    if (count <= 0) return;")
             lines.append(f"    {pointer[0][2]} copy = c->log().copy({name}, static_cast<std::size_t>({length}));")
             args = args.replace(name, "copy") if args.endswith(name) else fail(command.name)
-        lines.append(f"    c->log().add([=](Replay&) {{ gl.{command.short}({args}); }});")
+        # Saving what reads a deleted buffer submits, and nothing is recorded any more.
+        still = "if (c->is_recording()) " if group in ("attrib", "buffer") else ""
+        lines.append(f"    {still}c->log().add([=](Replay&) {{ gl.{command.short}({args}); }});")
         lines += ["}", f"[[gnu::hot]] {command.result} GL_APIENTRY wrap_{command.name}({command.declaration}) {{"]
         lines.append(f"    if (Context* c = recording()) [[unlikely]] return record_{command.name}(c, {command.arguments});")
         lines.append(f"    return {call};")

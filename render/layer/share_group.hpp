@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
 #include "render/layer/auto_mode.hpp"
@@ -63,8 +64,30 @@ private:
     std::unordered_map<GLuint, Entry> programs_;
 };
 
+// Names of deleted buffers whose objects a vertex array may still hold (vertex_arrays.cpp).
+class DeletedBuffers {
+public:
+    void note(GLuint name, bool held) {
+        const std::lock_guard lock(mutex_);
+        held ? static_cast<void>(names_.insert(name)) : static_cast<void>(names_.erase(name));
+        any_.store(!names_.empty(), std::memory_order_relaxed);  // the lock orders it for who looks a name up
+    }
+    [[nodiscard]] bool any() const noexcept { return any_.load(std::memory_order_relaxed); }
+    [[nodiscard]] bool has(GLuint name) const {
+        if (name == 0) return false;
+        const std::lock_guard lock(mutex_);
+        return names_.contains(name);
+    }
+
+private:
+    mutable std::mutex mutex_;
+    std::unordered_set<GLuint> names_;
+    std::atomic<bool> any_{false};
+};
+
 struct ShareGroup {
     TextureFoveations textures;
+    DeletedBuffers deleted_buffers;
     ProgramSources sources;
     Graveyard dead;
 };

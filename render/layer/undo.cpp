@@ -219,6 +219,7 @@ void Undo::save_buffer(GLenum target) {
     if (!query) return;
     if (target == GL_ELEMENT_ARRAY_BUFFER) {
         const GLuint array = get_name(GL_VERTEX_ARRAY_BINDING);
+        if (t_context && t_context->keeps_deleted_indices()) return t_context->before_submit(Call::DeleteBuffers);
         if (!first(kElementBuffer, array)) return;
         const GLuint name = get_name(query);
         pieces_.emplace_back([=] {
@@ -273,10 +274,23 @@ void Undo::save_vertex_array() {
     pieces_.emplace_back([array] { gl.BindVertexArray(array); });
 }
 
+// Bytes from one vertex to the next that a stride of 0 stands for.
+static GLint packed_size(GLenum type, GLint components) {
+    switch (type) {
+        case GL_BYTE: case GL_UNSIGNED_BYTE: return components;
+        case GL_SHORT: case GL_UNSIGNED_SHORT: case GL_HALF_FLOAT: return 2 * components;
+        case GL_INT_2_10_10_10_REV: case GL_UNSIGNED_INT_2_10_10_10_REV: return 4;
+        default: return 4 * components;
+    }
+}
+
 // An attribute and the binding point of the same number: glVertexAttribPointer sets both.
 void Undo::save_attrib(GLuint index) {
     const GLuint array = get_name(GL_VERTEX_ARRAY_BINDING);
-    if (index > 255 || !first(kAttrib, array, index)) return;
+    if (index > 255) return;
+    // Nothing puts back what has no name. No draw of the record is left that the change could reach.
+    if (t_context && t_context->keeps_deleted(index)) return t_context->before_submit(Call::DeleteBuffers);
+    if (!first(kAttrib, array, index)) return;
     struct Saved {
         GLint enabled, size, type, normalized, stride, integer, divisor, buffer;
         void* pointer;
@@ -309,7 +323,8 @@ void Undo::save_attrib(GLuint index) {
         s.bound_stride = get_binding(GL_VERTEX_BINDING_STRIDE);
         s.bound_divisor = get_binding(GL_VERTEX_BINDING_DIVISOR);
         s.apart = s.relative_offset != 0 || s.binding != index || s.bound != static_cast<GLuint>(s.buffer) ||
-                  s.offset != static_cast<GLint64>(reinterpret_cast<std::uintptr_t>(s.pointer)) || (s.stride != 0 && s.stride != s.bound_stride);
+                  s.offset != static_cast<GLint64>(reinterpret_cast<std::uintptr_t>(s.pointer)) ||
+                  s.bound_stride != (s.stride != 0 ? s.stride : packed_size(static_cast<GLenum>(s.type), s.size));
     }
     pieces_.emplace_back([=] {
         const GLuint bound_array = get_name(GL_VERTEX_ARRAY_BINDING), bound = get_name(GL_ARRAY_BUFFER_BINDING);

@@ -107,12 +107,65 @@ void RandomObjects::answer_pixels(GLuint framebuffer, int x, int y, int w, int h
 
 std::string RandomObjects::step(GLenum mode) {
     const int kind = pick(9);
-    switch (pick(4)) {
+    switch (pick(5)) {
+        case 4: deleted_buffers(mode, kind); return "deleted buffers " + std::to_string(kind);
         case 0: draws(mode, kind); return "draws " + std::to_string(kind);
         case 1: buffers(mode, kind); return "buffers " + std::to_string(kind);
         case 2: images(mode, kind); return "images " + std::to_string(kind);
         default: others(mode, kind); return "others " + std::to_string(kind);
     }
+}
+
+// Each begins with the array bound that may hold buffers without names, and ends with another.
+void RandomObjects::deleted_buffers(GLenum mode, int kind) {
+    if (holding_array_ == 0) glGenVertexArrays(1, &holding_array_);
+    if (kind < 3) {  // a new buffer, in the array and then without its name
+        std::array<float, 32> v;
+        for (float& x : v) x = real(-1.2f, 1.2f);
+        glBindVertexArray(holding_array_);
+        glGenBuffers(1, &doomed_);
+        glBindBuffer(GL_ARRAY_BUFFER, doomed_);
+        glBufferData(GL_ARRAY_BUFFER, sizeof v, v.data(), GL_STATIC_DRAW);
+        if (kind == 2) {
+            glVertexAttribFormat(0, 2, GL_FLOAT, GL_FALSE, 8);
+            glVertexAttribBinding(0, 0);
+            glBindVertexBuffer(0, doomed_, 8 * pick(3), 8);
+        } else {
+            glVertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, pick(2) ? 0 : 16, offset(8 * pick(2)));
+        }
+        glEnableVertexAttribArray(0);
+        const GLushort order[6] = {5, 3, 4, 0, 1, 2};
+        glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, kind == 1 ? doomed_ : indices_);
+        if (kind == 1) glBufferSubData(GL_ELEMENT_ARRAY_BUFFER, 64, sizeof order, order);
+        if (pick(2)) glDrawArrays(mode, 0, 3 + pick(4));
+        glBindVertexArray(pick(2) ? array_ : 0);
+        glDeleteBuffers(1, &doomed_);
+    }
+    glBindVertexArray(holding_array_);
+    GLint there = 0;
+    glGetVertexAttribiv(0, GL_VERTEX_ATTRIB_ARRAY_BUFFER_BINDING, &there);
+    if (there == 0) {  // deleted while it was bound: client memory that nobody has
+        glBindVertexArray(array_);
+        return;
+    }
+    const auto draw = [&] { pick(2) ? glDrawArrays(mode, pick(2), 3 + pick(4)) : glDrawElements(mode, 6, GL_UNSIGNED_SHORT, offset(kind == 1 ? 64 : 0)); };
+    glVertexAttrib4f(1, real(0, 1), real(0, 1), real(0, 1), 1);
+    draw();
+    switch (kind) {
+        case 3: glVertexAttribDivisor(0, 0); break;
+        case 4: glDisableVertexAttribArray(0), glEnableVertexAttribArray(0); break;
+        case 5: glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_); break;
+        case 6: glBindVertexBuffer(0, vertex_, 8 * pick(3), 8); break;
+        case 7: {
+            glBindBuffer(GL_ARRAY_BUFFER, vertex_);
+            glVertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, 0, offset(8 * pick(3)));
+            break;
+        }
+        default: break;
+    }
+    draw();
+    if (kind == 8 && pick(2)) glFlush();
+    glBindVertexArray(array_);
 }
 
 void RandomObjects::draws(GLenum mode, int kind) {

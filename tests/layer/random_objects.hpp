@@ -1,7 +1,7 @@
 // Random calls about objects, for the random sequences of random_calls_test.cpp: several colour images, transform
 // feedback, queries with their results, mapped buffers, indirect and instanced draws, primitive restart, pixel buffers,
 // uniform and storage buffers, compute, renderbuffers, mipmaps, copies between images and buffers, invalidation, fences,
-// a second context of the share group, program pipelines, state per draw buffer.
+// a second context of the share group, program pipelines, state per draw buffer, buffers deleted while an array holds them.
 //
 // What the program reads back (results of queries, contents of buffers, pixels) is kept in `answers`. Everything is made
 // in set_up(): names given later depend on what the layer has.
@@ -37,6 +37,7 @@ private:
     void buffers(GLenum mode, int kind);
     void images(GLenum mode, int kind);
     void others(GLenum mode, int kind);
+    void deleted_buffers(GLenum mode, int kind);
     void vertices();
     void answer_buffer(GLuint buffer, GLsizeiptr bytes);
     void answer_pixels(GLuint framebuffer, int x, int y, int w, int h);
@@ -51,6 +52,7 @@ private:
     std::function<void(const std::function<void()>&)> in_other_context_;
     GLuint array_ = 0, vertex_ = 0, indices_ = 0, uniforms_ = 0, storage_ = 0, captured_ = 0, pack_ = 0, unpack_ = 0, commands_ = 0;
     GLuint query_ = 0, mipmapped_ = 0, layers_ = 0, renderbuffer_ = 0, renderbuffer_framebuffer_ = 0, second_framebuffer_ = 0, pipeline_ = 0;
+    GLuint holding_array_ = 0, doomed_ = 0;  // an array object, and the name of the buffer that it was set up with
     GLint uniform_step_ = 256;
 };
 
