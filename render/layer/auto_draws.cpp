@@ -57,11 +57,13 @@ FullRate Context::find_reason(GLenum mode, GLsizei count) {
     GLboolean writes = GL_FALSE;
     gl.GetBooleanv(GL_DEPTH_WRITEMASK, &writes);
     const bool depth = gl.IsEnabled(GL_DEPTH_TEST) && (writes || get_integer(GL_DEPTH_FUNC) != GL_ALWAYS);
-    if (depth) return FullRate::none;
-    if (gl.IsEnabled(GL_BLEND) && counts(FullRate::blended_2d)) return FullRate::blended_2d;
-    if (counts(FullRate::full_screen_pass) && samples_drawn_texture(facts)) return FullRate::full_screen_pass;
     constexpr GLsizei kQuadVertices = 6;
-    if (!facts.samplers_2d.empty() && count >= 0 && count <= kQuadVertices && counts(FullRate::textured_2d)) return FullRate::textured_2d;
+    const bool quad = !facts.samplers_2d.empty() && count >= 0 && count <= kQuadVertices;
+    // Nor is it where a textured quad is drawn by a program that knows of no world: some programs leave the test on for all they draw.
+    if (depth && (!quad || facts.matrices)) return FullRate::none;
+    if (!depth && gl.IsEnabled(GL_BLEND) && counts(FullRate::blended_2d)) return FullRate::blended_2d;
+    if (counts(FullRate::full_screen_pass) && samples_drawn_texture(facts)) return FullRate::full_screen_pass;
+    if (quad && counts(FullRate::textured_2d)) return FullRate::textured_2d;
     return FullRate::none;
 }
 

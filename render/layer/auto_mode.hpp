@@ -35,8 +35,8 @@ enum class FullRate : std::uint8_t {
     points,            // gl_PointSize counts pixels of the level
     lines,             // so does the width of a line
     blended_2d,        // blended without depth test: text and widgets
-    textured_2d,       // textured quads (at most 6 vertices) without depth test: sprites, pictures
-    full_screen_pass,  // without depth test from a texture that was drawn before: post-processing
+    textured_2d,       // textured quads (at most 6 vertices) without depth test, or by a program without a matrix: sprites, pictures
+    full_screen_pass,  // the same, or any draw without depth test, from a texture that was drawn before: post-processing
     // of a submission
     no_clear,          // the frame did not begin with a clear of everything
     keeps_depth,       // it needs depth or stencil of before

@@ -319,6 +319,7 @@ ProgramFacts Context::ask_program(GLuint program, GLint version) {
             gl.GetActiveUniform(program, i, sizeof name, nullptr, &value, reinterpret_cast<GLenum*>(&type), name);
             facts.samplers_2d.push_back(gl.GetUniformLocation(program, name));
         }
+        facts.matrices |= (type >= GL_FLOAT_MAT2 && type <= GL_FLOAT_MAT4) || (type >= GL_FLOAT_MAT2x3 && type <= GL_FLOAT_MAT4x3);
         facts.side_effects |= type >= 0x904C && type <= 0x906C;  // GL_IMAGE_1D to GL_UNSIGNED_INT_IMAGE_2D_MULTISAMPLE_ARRAY
     }
     if (version >= 32) {

@@ -52,6 +52,7 @@ struct ProgramFacts {
     std::optional<std::vector<GLuint>> attributes;  // locations that its vertex shader reads; nullopt: not known
     // Auto mode only.
     bool frag_coord = false, texel_fetch = false, no_source = false;
+    bool matrices = false;  // among its uniforms: it places what it draws in a world
     std::vector<GLint> samplers_2d;  // locations
     ProgramReport* report = nullptr;
 };

@@ -37,10 +37,14 @@ TEST_P(FullDensity, IsKeptAndReported) {
 INSTANTIATE_TEST_SUITE_P(AutoMode, FullDensity,
                          testing::Values(Case{"frag_coord", "gl_frag_coord 1"}, Case{"texel_fetch", "texel_fetch 1"}, Case{"no_source", "no_source 1"},
                                          Case{"points", "points 1"}, Case{"lines", "lines 1"}, Case{"textured_2d", "textured_2d 1"},
-                                         Case{"full_screen_pass", "full_screen_pass 1"}, Case{"no_clear", "because of no_clear: 1"},
+                                         Case{"picture_with_depth", "textured_2d 1"}, Case{"full_screen_pass", "full_screen_pass 1"}, Case{"no_clear", "because of no_clear: 1"},
                                          Case{"keeps_depth", "because of keeps_depth: 1"}, Case{"side_effects", "because of side_effects: 1"},
                                          Case{"clears_only", "because of clears_only: 1", false}, Case{"cannot_match", "because of cannot_match: 1"}),
                          [](const auto& test) { return std::string(test.param.name); });
+
+TEST(AutoMode, ATexturedQuadOfAWorldIsFoveated) {
+    EXPECT_NE(shell(kAuto + "-- " + kProgram + "quad_of_a_world").out.find("quad_of_a_world: middle 1 corner 4"), std::string::npos);
+}
 
 // The same draws where the rules say that the reason does not count.
 TEST(AutoMode, AReasonCanBeLeftOutByRule) {
@@ -49,8 +53,8 @@ TEST(AutoMode, AReasonCanBeLeftOutByRule) {
     for (const char* name : {"texel_fetch", "points", "lines", "textured_2d", "full_screen_pass"}) {
         std::ofstream(folder + "/a.toml") << "programs = [\"layer_auto_program\"]\nexcept = [\"" << name << "\"]\n";
         const Ran ran = shell(kAuto + "--rules " + folder + " -- " + kProgram + name);
-        // A full-screen pass is a textured quad as well.
-        const bool still = std::string(name) == "full_screen_pass";
+        // They are textured quads without a world as well.
+        const bool still = std::string(name) == "full_screen_pass" || std::string(name) == "texel_fetch";
         EXPECT_NE(ran.out.find(std::string(name) + ": middle 1 corner " + (still ? "1" : "4")), std::string::npos) << ran.out;
     }
     std::filesystem::remove_all(folder);

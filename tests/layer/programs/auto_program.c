@@ -176,6 +176,23 @@ int main(int argc, char **argv) {
             glDisable(GL_DEPTH_TEST);
             draw(depthless, W, H);
             glEnable(GL_DEPTH_TEST);
+        } else if (!strcmp(name, "picture_with_depth")) { /* the same, depth test left on */
+            clear();
+            glBindTexture(GL_TEXTURE_2D, make_texture(16, 16));
+            draw(depthless, W, H);
+        } else if (!strcmp(name, "quad_of_a_world")) {
+            const GLuint placed = make_program(
+                "#version 300 es\nout highp vec2 at; uniform mat4 world;\n"
+                "void main() { vec2 p = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1)) * 4.0 - 1.0;\n"
+                "  at = p * 0.5 + 0.5; gl_Position = world * vec4(p, 0.5, 1.0); }",
+                "#version 300 es\nprecision highp float; in vec2 at; uniform vec2 size; uniform sampler2D picture; out vec4 color;\n"
+                "void main() { color = vec4(dFdx(at.x) * size.x / 8.0, dFdy(at.y) * size.y / 8.0, texture(picture, at).b, 1.0); }");
+            const GLfloat same[16] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+            clear();
+            glBindTexture(GL_TEXTURE_2D, make_texture(16, 16));
+            glUseProgram(placed);
+            glUniformMatrix4fv(glGetUniformLocation(placed, "world"), 1, GL_FALSE, same);
+            draw(placed, W, H);
         } else if (!strcmp(name, "keeps_depth")) { /* clears the colours alone, and tests depth */
             glClear(GL_COLOR_BUFFER_BIT);
             draw(footprint, W, H);
