@@ -232,7 +232,7 @@ SourceFacts source_facts(GLenum stage, const std::string& source) {
     if (stage != GL_FRAGMENT_SHADER) return facts;
     facts.known = !source.empty();
     const auto tokens = tokenize(source);
-    facts.frag_coord = mentions(tokens, "gl_FragCoord");
+    facts.frag_coord = reads_window_position(tokens);
     facts.texel_fetch = mentions(tokens, "texelFetch") || mentions(tokens, "texelFetchOffset");
     // The last thing a fragment shader does says most about it.
     for (std::size_t i = tokens.size(); i-- > 0;)

@@ -137,6 +137,16 @@ std::vector<Token> tokenize_as(std::string_view source, bool continuations) {
 
 }  // namespace
 
+bool reads_window_position(const std::vector<Token>& tokens) noexcept {
+    for (std::size_t i = 0; i < tokens.size(); ++i) {
+        if (tokens[i].kind == Token::Kind::directive && reads_window_position(tokens[i].parts)) return true;
+        if (!tokens[i].is("gl_FragCoord")) continue;
+        const bool selects = i + 2 < tokens.size() && tokens[i + 1].is(".") && tokens[i + 2].kind == Token::Kind::word;
+        if (!selects || tokens[i + 2].text.find_first_not_of("zwpqba") != std::string::npos) return true;
+    }
+    return false;
+}
+
 int glsl_version(const std::vector<Token>& tokens) noexcept {
     for (const Token& t : tokens)
         if (t.is_directive("version") && !t.parts.empty()) {

@@ -30,6 +30,9 @@ struct Token {
 // Whether the word occurs, in code or in a preprocessor line (a macro may bring it into the code).
 [[nodiscard]] bool mentions(const std::vector<Token>& tokens, std::string_view word) noexcept;
 
+// Whether the source reads the pixel's place in the window: gl_FragCoord, but not its depth (.z and .w) alone.
+[[nodiscard]] bool reads_window_position(const std::vector<Token>& tokens) noexcept;
+
 // What #version says: 100 where there is none.
 [[nodiscard]] int glsl_version(const std::vector<Token>& tokens) noexcept;
 

@@ -79,3 +79,17 @@ TEST(GlslTokens, AnyBytesEnd) {
         }
     }
 }
+
+TEST(GlslTokens, DepthOfAPixelIsNotItsPlaceInTheWindow) {
+    const auto reads = [](const char* source) { return fovea::layer::reads_window_position(fovea::layer::tokenize(source)); };
+    EXPECT_FALSE(reads("float fog = gl_FragCoord.z / gl_FragCoord . w;"));
+    EXPECT_FALSE(reads("vec2 d = gl_FragCoord.pq + gl_FragCoord.ba; // gl_FragCoord.xy"));
+    EXPECT_TRUE(reads("vec2 at = gl_FragCoord.xy;"));
+    EXPECT_TRUE(reads("float a = gl_FragCoord.zy.x;"));
+    EXPECT_TRUE(reads("float depth = gl_FragCoord.z; vec4 at = gl_FragCoord;"));
+    EXPECT_TRUE(reads("float depth = gl_FragCoord[2];"));
+    EXPECT_TRUE(reads("vec4 at = gl_FragCoord"));
+    EXPECT_TRUE(reads("#define AT gl_FragCoord.st\nvec2 at = AT;"));
+    EXPECT_FALSE(reads("#define DEPTH gl_FragCoord.z\nfloat depth = DEPTH;"));
+    EXPECT_TRUE(reads("#define PLACE gl_FragCoord\nvec2 at = PLACE.xy;"));
+}
