@@ -71,3 +71,11 @@ TEST(Comparison, BlocksFollowEachOtherForwardsAndBackwards) {
         EXPECT_EQ(p.ways[static_cast<std::size_t>(block * kBlock)],
                   (std::array{Way::straight, Way::recorded, Way::levels, Way::levels, Way::recorded, Way::straight})[static_cast<std::size_t>(block)]);
 }
+
+TEST(Comparison, AProgramThatRunsForDaysKeepsNoMoreThanTheFirstCycles) {
+    Program p;
+    constexpr std::size_t kCycles = Comparison::kMostCycles + 20;
+    for (std::size_t i = 0; i < kFirst + kCycles * kCycle; ++i) p.frame(4, 1.1, 0.5);
+    EXPECT_EQ(p.comparison.result()->pairs, Comparison::kMostCycles);
+    EXPECT_NEAR(p.comparison.result()->recorded_processor.median, 1.1, 0.01);
+}

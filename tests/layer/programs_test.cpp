@@ -137,6 +137,13 @@ TEST(LayerPrograms, ASecondDriverGivesTheSameAnswers) {
     }
 }
 
+// Below OpenGL ES 3.2 a driver has no texture of stencil alone, which a draw could read: the values are discarded to their clear.
+TEST(LayerPrograms, StencilWithoutDepthIsDiscardedToItsClearBelowVersion32) {
+    const std::string program = kLayer + "-- " + kBin + "/layer_stencil_program";
+    EXPECT_EQ(shell("MESA_GLES_VERSION_OVERRIDE=3.1 " + program).out, "3.1 enabled 1, cleared where nothing was written: 1, where something was: 1\n");
+    EXPECT_EQ(shell(program).out, "3.2 enabled 1, cleared where nothing was written: 1, where something was: 0\n");
+}
+
 TEST(LayerPrograms, ExitCodeAndSignalsAreTheProgramsOwn) {
     EXPECT_EQ(shell(kLayer + "-- sh -c 'exit 7'").exit_code, 7);
     EXPECT_EQ(shell(kLayer + "-- sh -c 'kill -9 $$'").exit_code, 137);
