@@ -50,6 +50,7 @@ Result<service::RecorderStatus> Recording::end() {
     spdlog::info("session {}: {} samples, {} frames recorded", last.path, last.samples, last.frames);
     if (last.lost_samples + last.lost_frames > 0)
         spdlog::warn("the session lacks {} samples and {} frames that came too fast", last.lost_samples, last.lost_frames);
+    if (last.dropped_rows > 0) spdlog::warn("the session lacks {} rows: the disk was too slow or full", last.dropped_rows);
     return last;
 }
 
@@ -63,7 +64,7 @@ service::RecorderStatus Recording::status() const {
     if (!recorder_) return {};
     const replay::RecorderStatus s = recorder_->status();
     const std::optional<Error> error = recorder_->error();
-    return {path_.string(), s.samples, s.frames, s.samples_lost + s.rows_dropped, s.frames_lost, error ? error->message() : ""};
+    return {path_.string(), s.samples, s.frames, s.samples_lost, s.frames_lost, s.rows_dropped, error ? error->message() : ""};
 }
 
 Result<void> Recording::start(const std::filesystem::path& path, const drivers::DeviceInfo& device, const service::Config& config,

@@ -39,6 +39,7 @@ void print_recorder(const char* what, const json& answer) {
     fmt::print("{} {}: {} samples, {} frames\n", what, r.value("path", ""), r.value("samples", 0u), r.value("frames", 0u));
     const unsigned lost = r.value("lost_samples", 0u) + r.value("lost_frames", 0u);
     if (lost != 0) fmt::print("lost, because they came too fast: {} samples, {} frames\n", r.value("lost_samples", 0u), r.value("lost_frames", 0u));
+    if (const unsigned dropped = r.value("dropped_rows", 0u); dropped != 0) fmt::print("not written, because the disk is too slow or full: {} rows\n", dropped);
 }
 
 int run(Options options, AdminCommand command) {

@@ -85,8 +85,10 @@ void print_recorder(const json& recorder) {
         return;
     }
     fmt::print("recorder      {}\n", word(recorder, "path"));
-    fmt::print("  written     {} samples, {} frames; lost {} samples, {} frames\n", count(recorder, "samples"), count(recorder, "frames"),
-               count(recorder, "lost_samples"), count(recorder, "lost_frames"));
+    const auto dropped = count(recorder, "dropped_rows");
+    fmt::print("  {:<11} {} samples, {} frames; lost, because they came too fast: {} samples, {} frames\n", dropped == 0 ? "written" : "taken",
+               count(recorder, "samples"), count(recorder, "frames"), count(recorder, "lost_samples"), count(recorder, "lost_frames"));
+    if (dropped != 0) fmt::print("  not written {} rows: the disk is too slow or full\n", dropped);
     if (!word(recorder, "error").empty()) fmt::print("  error       {}\n", word(recorder, "error"));
 }
 

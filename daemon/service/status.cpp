@@ -95,6 +95,7 @@ json to_object(const RecorderStatus& r) {
             {"frames", r.frames},
             {"lost_samples", r.lost_samples},
             {"lost_frames", r.lost_frames},
+            {"dropped_rows", r.dropped_rows},
             {"error", r.error.empty() ? json(nullptr) : json(r.error)}};
 }
 

@@ -14,8 +14,9 @@ namespace fovea::service {
 
 struct RecorderStatus {
     std::string path;                       // "": nothing is recorded
-    std::uint64_t samples = 0, frames = 0;  // written
+    std::uint64_t samples = 0, frames = 0;  // taken from the rings
     std::uint64_t lost_samples = 0, lost_frames = 0;  // overwritten before the recorder came to them
+    std::uint64_t dropped_rows = 0;         // of what was taken, not written: the disk was too slow or full; a sample is two rows
     std::string error;                      // why recording has stopped; empty while all is well
 };
 

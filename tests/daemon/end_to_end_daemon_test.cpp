@@ -280,6 +280,9 @@ TEST(Fovead, SaysAtOnceThatARecordingCanNoLongerBeWritten) {
     ASSERT_EQ(::prlimit(daemon.pid(), RLIMIT_FSIZE, &limit, nullptr), 0);
     EXPECT_TRUE(eventually([&] { return daemon.log().find("error: recording: ") != std::string::npos; })) << daemon.log();
     EXPECT_THAT(daemon.ask("status"), HasSubstr("\"state\":\"running\"")) << "gaze goes on";
+    EXPECT_TRUE(eventually([&] { return daemon.number("dropped_rows") > 0; })) << daemon.ask("status");
+    EXPECT_EQ(daemon.number("lost_samples"), 0) << "the recorder kept up; it was the disk";
+    EXPECT_THAT(test::run_program({FOVEA_BIN_DIR "/fovea", "status", "--run-dir", folder.path().string()}).out, ::testing::ContainsRegex("not written [0-9]+ rows"));
     EXPECT_EQ(daemon.stop(SIGTERM), 1);
     EXPECT_GT(samples(), 0u) << "what was written before is kept";
 }
