@@ -71,6 +71,37 @@ TEST(Calibration, RefusesTooFewCollinearAndRepeatedTargets) {
     ASSERT_FALSE(l);
     EXPECT_NE(l.error().what.find("line"), std::string::npos) << l.error().message();
     EXPECT_FALSE(fit_calibration(heap));
+    const auto one_place = fit_calibration(std::vector<CalibrationPoint>(12, points[0]));
+    ASSERT_FALSE(one_place);
+    EXPECT_NE(one_place.error().what.find("on top of each other"), std::string::npos) << one_place.error().message();
+}
+
+// On a circle the squares of x and y add up to a constant: nothing tells a bend from a shift of the whole.
+TEST(Calibration, DoesNotFitABendThatTheTargetsCannotTell) {
+    std::vector<CalibrationPoint> ring;
+    for (int i = 0; i < 12; ++i) {
+        const double angle = 2 * 3.14159265358979 * i / 12, x = 0.2 * std::cos(angle), y = 0.2 * std::sin(angle);
+        ring.push_back({*Direction<HeadFrame>::from({x, y, -1}), *Direction<HeadFrame>::from({x + 0.3 * x * x, y, -1})});
+    }
+    const auto c = fit_calibration(ring, 10);
+    if (c) {
+        EXPECT_NE(c->model(), CalibrationModel::quadratic);
+    }
+}
+
+TEST(Calibration, ATargetThatIsNoNumberIsLeftOut) {
+    auto points = grid(4);
+    points[3].measured.x = std::numeric_limits<double>::quiet_NaN();
+    const auto c = fit_calibration(points);
+    ASSERT_TRUE(c) << c.error().message();
+    EXPECT_LT(error_deg(*c), 0.6);
+}
+
+TEST(Calibration, LeavesAGazeAloneThatItWouldThrowOutOfTheView) {
+    const auto c = Calibration::from_toml("[calibration.left]\nmodel = \"quadratic\"\ncoefficients = [0.0, 1.0, 0.0, 1000.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]\n", "left", "test");
+    ASSERT_TRUE(c) << c.error().message();
+    EXPECT_EQ(c->apply(at_deg(20, 5)), at_deg(20, 5)) << "and not at 89.5 degrees";
+    EXPECT_NE(c->apply(at_deg(1, 5)), at_deg(1, 5));
 }
 
 TEST(Calibration, RefusesWhatDoesNotFit) {

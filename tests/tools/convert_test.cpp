@@ -56,6 +56,11 @@ TEST_F(Convert, ExitCodesSayWhoseFaultItIs) {
     EXPECT_THAT(again.err, HasSubstr("the file exists"));
     EXPECT_THAT(again.err, HasSubstr("--force"));
     EXPECT_EQ(fovea("convert --force " + kVive + " " + file("a.fovea")).exit_code, 0);
+    std::ofstream(file("a.csv")) << "kept";
+    EXPECT_EQ(fovea("convert " + kVive + " " + file("a.csv")).exit_code, 1);
+    EXPECT_EQ(bytes(file("a.csv")), "kept");
+    EXPECT_EQ(fovea("convert --force " + kVive + " " + file("a.csv")).exit_code, 0);
+    EXPECT_EQ(bytes(file("a.csv")), bytes(kVive));
 }
 
 TEST_F(Convert, ATornInputLeavesNothingBehind) {

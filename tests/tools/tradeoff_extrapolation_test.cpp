@@ -19,12 +19,18 @@ TEST_F(TradeoffExtrapolation, PresetsBeatRepeatingAndNeverLoseToIt) {
     const auto r = fovea("tradeoff extrapolation --size 192 --scene rotation cut --repeat 1 --json --csv " + file("t.csv") + " --html " + file("t.html"));
     ASSERT_EQ(r.exit_code, 0) << r.err;
     const auto all = nlohmann::json::parse(r.out);
-    std::map<std::string, std::map<std::string, double>> psnr;
+    std::map<std::string, std::map<std::string, double>> psnr, ssim;
     for (const auto& m : all["methods"])
-        for (const auto& c : m["cases"]) psnr[m["method"]][c["scene"]] = c["psnr_db"];
+        for (const auto& c : m["cases"]) {
+            psnr[m["method"]][c["scene"]] = c["psnr_db"];
+            ssim[m["method"]][c["scene"]] = c["ssim"];
+        }
+    EXPECT_LT(ssim["hold"]["rotation"], 0.99);
     for (const char* preset : {"draft", "fast", "balanced", "best", "known-motion"}) {
         EXPECT_GT(psnr[preset]["rotation"], psnr["hold"]["rotation"] + 3) << preset;
         EXPECT_GE(psnr[preset]["cut"], psnr["hold"]["cut"]) << preset;
+        EXPECT_GT(ssim[preset]["rotation"], ssim["hold"]["rotation"]) << preset;
+        EXPECT_GE(ssim[preset]["cut"], ssim["hold"]["cut"]) << preset;
     }
     EXPECT_GE(psnr["known-ahead"]["rotation"], psnr["known-motion"]["rotation"]) << "a turn bends the path of every point";
     if (!psnr.contains("gl processor")) GTEST_LOG_(INFO) << "no OpenGL ES driver: no rows of it";
