@@ -68,17 +68,42 @@ std::string plan_svg(const json& s) {
     return svg + "</svg><figcaption>the plan: dark blue full density, light blue half, yellow a quarter along each axis; cross: focal point</figcaption></figure>";
 }
 
+// The names are those of the counters and of the rules; the words say what they mean.
+std::string why_full(const std::string& name) {
+    static const std::map<std::string, const char*> kWords = {
+        {"gl_frag_coord", "a fragment shader reads the place of its pixel in the window"},
+        {"texel_fetch", "a fragment shader addresses texels by number"},
+        {"no_source", "a program came as a binary, and nobody knows what it does"},
+        {"points", "points have a size in pixels"},
+        {"lines", "lines have a width in pixels"},
+        {"blended_2d", "blended without depth test, as text is"},
+        {"textured_2d", "a picture, not a scene"},
+        {"full_screen_pass", "post-processing of a picture that was drawn before"},
+        {"no_clear", "the frame did not begin with a clear"},
+        {"keeps_depth", "it needs depth or stencil of before"},
+        {"side_effects", "shaders that write memory, an occlusion query, or a geometry shader"},
+        {"clears_only", "nothing was drawn yet"},
+        {"does_not_pay", "a trial found that levels take longer"},
+        {"full_density", "its focal points ask for it everywhere"},
+        {"cannot_match", "a format, a size or the memory that levels cannot have"}};
+    const auto found = kWords.find(name);
+    return (found == kWords.end() ? "" : std::string(found->second) + " ") + "(<code>" + escaped(name) + "</code>)";
+}
+
 std::string submission_html(const std::filesystem::path& folder, const json& s, const std::vector<json>& pictures) {
     const int number = s.value("submission", 0);
     std::string target = s.value("framebuffer", 0) == 0 ? "the window" : fmt::format("framebuffer {}", s.value("framebuffer", 0));
     if (s.value("view", 0) > 0) target += fmt::format(", view {}", s.value("view", 0));
-    std::string html = fmt::format("<h3>Submission {}: {}, {} × {}, by {}</h3>", number, target, s.value("width", 0), s.value("height", 0), escaped(s.value("cause", "")));
-    if (!s.contains("levels")) return html + fmt::format("<p>At full density because of <code>{}</code>.</p>", escaped(s.value("full_density", "")));
+    const std::string title = fmt::format("Submission {}: {}, {} × {}, by {}", number, target, s.value("width", 0), s.value("height", 0), escaped(s.value("cause", "")));
+    if (!s.contains("levels")) return fmt::format("<p><b>{}</b>. At full density: {}.</p>", title, why_full(s.value("full_density", "")));
+    std::string html = "<h3>" + title + "</h3>";
     std::uint64_t drawn = 0;
     for (const json& t : s["texels"]) drawn += t.get<std::uint64_t>();
     const double full = s.value("width", 1) * 1.0 * s.value("height", 1);
-    html += fmt::format("<p>{:.1f} % of the pixels (texels per level, with their guard rings: {}). Minimum density {}. Points (x, y, gain x, gain y, area): <code>{}</code>{}</p><div class='row'>",
-                        100 * static_cast<double>(drawn) / full, escaped(s["texels"].dump()), s["min_density"].dump(), escaped(s["points"].dump()),
+    std::string texels;
+    for (const json& t : s["texels"]) texels += fmt::format("{}{}", texels.empty() ? "" : " + ", t.get<std::uint64_t>());
+    html += fmt::format("<p>{:.1f} % of the pixels ({} of {:.0f}: full, half, a quarter, with their guard rings). Minimum density {}. Points (x, y, gain x, gain y, area): <code>{}</code>{}</p><div class='row'>",
+                        100 * static_cast<double>(drawn) / full, texels, full, s["min_density"].dump(), escaped(s["points"].dump()),
                         s.value("live", false) ? ", from a live fovead" : "");
     html += plan_svg(s);
     for (const char* which : {"before", "after"})
@@ -90,7 +115,7 @@ std::string submission_html(const std::filesystem::path& folder, const json& s, 
 constexpr const char* kHead = R"(<!doctype html><html lang='en'><meta charset='utf-8'><title>Fovea: layer trace</title><style>
 body{font:15px/1.45 system-ui,sans-serif;max-width:1400px;margin:2em auto;padding:0 1em;color:#111;background:#fff}
 h1{font-size:1.5em}h2{margin-top:2em;border-bottom:1px solid #ccc}h3{font-size:1.05em}code{background:#f2f2f2;padding:0 .2em}
-.row{display:grid;grid-template-columns:repeat(3,minmax(0,1fr));gap:12px}figure{margin:0}figure img,figure svg{width:100%;height:auto;display:block;background:#000}
+.row{display:grid;grid-template-columns:repeat(3,minmax(0,1fr));gap:12px}figure{margin:0}figure img,figure svg{width:100%;height:auto;display:block}figure img{background:#000}
 figcaption{color:#444;font-size:.9em}table{border-collapse:collapse}td,th{padding:.15em .7em;text-align:left;border-bottom:1px solid #ddd;vertical-align:top}
 </style>)";
 

@@ -46,6 +46,17 @@ TEST(AutoMode, ATexturedQuadOfAWorldIsFoveated) {
     EXPECT_NE(shell(kAuto + "-- " + kProgram + "quad_of_a_world").out.find("quad_of_a_world: middle 1 corner 4"), std::string::npos);
 }
 
+TEST(AutoMode, ATraceSaysInWordsWhatKeptFullDensity) {
+    const std::string page = temporary("words.html");
+    ASSERT_EQ(shell(kBin + "/fovea layer trace --library " FOVEA_LAYER_LIBRARY " --auto --focus 0,0 --gain 4 --frames 9 -o " + page + " -- " + kProgram +
+                    "scene frag_coord overlay points textured_2d full_screen_pass").exit_code, 0);
+    const std::string html = file_text(page);
+    for (const char* words : {"reads the place of its pixel in the window (<code>gl_frag_coord", "as text is (<code>blended_2d", "points have a size in pixels (<code>points",
+                              "a picture, not a scene (<code>textured_2d", "post-processing of a picture that was drawn before (<code>full_screen_pass"})
+        EXPECT_NE(html.find(words), std::string::npos) << words;
+    std::remove(page.c_str());
+}
+
 // The same draws where the rules say that the reason does not count.
 TEST(AutoMode, AReasonCanBeLeftOutByRule) {
     const std::string folder = temporary("except");
