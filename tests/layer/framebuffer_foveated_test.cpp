@@ -262,6 +262,29 @@ TEST_F(FramebufferFoveated, WritesAfterAChangeOfAttachmentsAreInvalidOperations)
     const GLfloat black[4] = {};
     glClearBufferfv(GL_COLOR, 0, black);
     EXPECT_GL(GL_INVALID_OPERATION);
+    const GLint zero = 0;
+    glClearBufferiv(GL_STENCIL, 0, &zero);
+    EXPECT_GL(GL_INVALID_OPERATION);
+    glClearBufferfi(GL_DEPTH_STENCIL, 0, 1, 0);
+    EXPECT_GL(GL_INVALID_OPERATION);
+    const GLubyte indices[3] = {0, 1, 2};
+    glDrawElements(GL_TRIANGLES, 3, GL_UNSIGNED_BYTE, indices);
+    EXPECT_GL(GL_INVALID_OPERATION);
+    glDrawRangeElements(GL_TRIANGLES, 0, 2, 3, GL_UNSIGNED_BYTE, indices);
+    EXPECT_GL(GL_INVALID_OPERATION);
+    glDrawArraysInstanced(GL_TRIANGLES, 0, 3, 2);
+    EXPECT_GL(GL_INVALID_OPERATION);
+    glDrawElementsInstancedBaseVertex(GL_TRIANGLES, 3, GL_UNSIGNED_BYTE, indices, 2, 0);
+    EXPECT_GL(GL_INVALID_OPERATION);
+    const GLuint command[5] = {3, 1, 0, 0, 0};
+    GLuint commands = 0, array = 0;
+    glGenVertexArrays(1, &array);
+    glBindVertexArray(array);
+    glGenBuffers(1, &commands);
+    glBindBuffer(GL_DRAW_INDIRECT_BUFFER, commands);
+    glBufferData(GL_DRAW_INDIRECT_BUFFER, sizeof command, command, GL_STATIC_DRAW);
+    glDrawArraysIndirect(GL_TRIANGLES, nullptr);
+    EXPECT_GL(GL_INVALID_OPERATION);
     const Surface from = surface(64, 64);
     glBindFramebuffer(GL_READ_FRAMEBUFFER, from.framebuffer);
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, s.framebuffer);
@@ -320,6 +343,42 @@ TEST_F(FramebufferFoveated, GeometryShadersAreRefused) {
     EXPECT_GL(GL_INVALID_OPERATION);
     glClear(GL_COLOR_BUFFER_BIT);  // a clear runs no program
     EXPECT_GL(GL_NO_ERROR);
+}
+
+// "The current bound program" of a pipeline are its stages; every kind of draw is a rendering command.
+TEST_F(FramebufferFoveated, GeometryShadersOfAPipelineAreRefusedByEveryDraw) {
+    const Surface s = surface(64, 64);
+    const char* vertex = "#version 320 es\nout gl_PerVertex { vec4 gl_Position; }; void main() { gl_Position = vec4(float(gl_VertexID & 1), float(gl_VertexID >> 1), 0, 1); }";
+    const char* geometry = "#version 320 es\nlayout(triangles) in; layout(triangle_strip, max_vertices = 3) out; in gl_PerVertex { vec4 gl_Position; } gl_in[]; out gl_PerVertex { vec4 gl_Position; };\n"
+                           "void main() { for (int i = 0; i < 3; ++i) { gl_Position = gl_in[i].gl_Position; EmitVertex(); } EndPrimitive(); }";
+    const char* fragment = "#version 320 es\nprecision highp float; out vec4 c; void main() { c = vec4(1); }";
+    GLuint pipeline = 0, array = 0, commands = 0;
+    glGenProgramPipelines(1, &pipeline);
+    glUseProgramStages(pipeline, GL_VERTEX_SHADER_BIT, glCreateShaderProgramv(GL_VERTEX_SHADER, 1, &vertex));
+    glUseProgramStages(pipeline, GL_GEOMETRY_SHADER_BIT, glCreateShaderProgramv(GL_GEOMETRY_SHADER, 1, &geometry));
+    glUseProgramStages(pipeline, GL_FRAGMENT_SHADER_BIT, glCreateShaderProgramv(GL_FRAGMENT_SHADER, 1, &fragment));
+    glUseProgram(0);
+    glBindProgramPipeline(pipeline);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    EXPECT_GL(GL_NO_ERROR);  // not foveated yet
+    foveate(s);
+    const GLubyte indices[3] = {0, 1, 2};
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    EXPECT_GL(GL_INVALID_OPERATION);
+    glDrawElements(GL_TRIANGLES, 3, GL_UNSIGNED_BYTE, indices);
+    EXPECT_GL(GL_INVALID_OPERATION);
+    glDrawElementsInstanced(GL_TRIANGLES, 3, GL_UNSIGNED_BYTE, indices, 2);
+    EXPECT_GL(GL_INVALID_OPERATION);
+    glDrawElementsBaseVertex(GL_TRIANGLES, 3, GL_UNSIGNED_BYTE, indices, 0);
+    EXPECT_GL(GL_INVALID_OPERATION);
+    const GLuint command[5] = {3, 1, 0, 0, 0};
+    glGenVertexArrays(1, &array);
+    glBindVertexArray(array);
+    glGenBuffers(1, &commands);
+    glBindBuffer(GL_DRAW_INDIRECT_BUFFER, commands);
+    glBufferData(GL_DRAW_INDIRECT_BUFFER, sizeof command, command, GL_STATIC_DRAW);
+    glDrawArraysIndirect(GL_TRIANGLES, nullptr);
+    EXPECT_GL(GL_INVALID_OPERATION);
 }
 
 TEST_F(FramebufferFoveated, TessellationShadersAreRefused) {

@@ -1,4 +1,5 @@
 // GL_QCOM_texture_foveated, clause by clause. docs/conformance.md names these tests beside the sentences.
+#include <algorithm>
 #include <atomic>
 #include <climits>
 #include <cmath>
@@ -303,6 +304,82 @@ TEST_F(TextureFoveated, GeometryShadersAreDrawnAtFullDensity) {
     glDrawArrays(GL_TRIANGLES, 0, 3);
     const Picture picture = read(s);
     EXPECT_EQ(picture.at(250, 4).r, 250);  // gl_FragCoord is absolute in the periphery
+    EXPECT_GL(GL_NO_ERROR);
+}
+
+TEST_F(TextureFoveated, TessellationIsDrawnAtFullDensity) {
+    const GLuint p = link({{GL_VERTEX_SHADER, "#version 320 es\nvoid main() { gl_Position = vec4(float(gl_VertexID & 1) * 4.0 - 1.0, float(gl_VertexID >> 1) * 4.0 - 1.0, 0, 1); }"},
+                           {GL_TESS_CONTROL_SHADER, "#version 320 es\nlayout(vertices = 3) out; void main() { gl_out[gl_InvocationID].gl_Position = gl_in[gl_InvocationID].gl_Position;\n"
+                                                    "gl_TessLevelOuter[0] = gl_TessLevelOuter[1] = gl_TessLevelOuter[2] = gl_TessLevelInner[0] = 1.0; }"},
+                           {GL_TESS_EVALUATION_SHADER, "#version 320 es\nlayout(triangles) in; void main() { gl_Position = gl_in[0].gl_Position * gl_TessCoord.x + gl_in[1].gl_Position * gl_TessCoord.y + gl_in[2].gl_Position * gl_TessCoord.z; }"},
+                           {GL_FRAGMENT_SHADER, "#version 320 es\nprecision highp float; out vec4 c; void main() { c = vec4(gl_FragCoord.xy / 256.0, 0, 1); }"}});
+    const Surface s = surface(256, 256);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+    ext.texture_parameters(s.color, 0, 0, 0, 0, 8, 8, 0);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    glUseProgram(p);
+    glPatchParameteri(GL_PATCH_VERTICES, 3);
+    glDrawArrays(GL_PATCHES, 0, 3);
+    EXPECT_EQ(read(s).at(250, 4).r, 250);
+    EXPECT_GL(GL_NO_ERROR);
+}
+
+// "If this bit is not specified foveated rendering will not be used": a density alone foveates nothing.
+TEST_F(TextureFoveated, WithoutTheEnableBitADensityFoveatesNothing) {
+    const Surface plain = surface(256, 256), s = surface(256, 256);
+    glTexParameterf(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_MIN_PIXEL_DENSITY_QCOM, 0.0625f);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, 0);
+    ext.texture_parameters(s.color, 0, 0, 0, 0, 20, 20, 0);
+    EXPECT_GL(GL_INVALID_OPERATION);
+    for (const Surface* to : {&plain, &s}) {
+        glBindFramebuffer(GL_FRAMEBUFFER, to->framebuffer);
+        glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+        draw_scene();
+    }
+    EXPECT_TRUE(read(plain) == read(s));
+}
+
+TEST_F(TextureFoveated, InterpolationOffsetsAndSamplePositionsAreNotCorrected) {
+    const Surface s = surface(256, 256);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+    ext.texture_parameters(s.color, 0, 0, 0, 0, 16, 16, 0);
+    const GLuint p = program("#version 320 es\nout highp vec2 at; void main() { vec2 p = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1)) * 4.0 - 1.0; at = p * 128.0 + 128.0; gl_Position = vec4(p, 0, 1); }",
+                             "#version 320 es\nprecision highp float; in vec2 at; out vec4 c; void main() { c = vec4((interpolateAtOffset(at, vec2(0.25, 0.0)) - at).x / 4.0, gl_SamplePosition, 1); }");
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    glUseProgram(p);
+    glDrawArrays(GL_TRIANGLES, 0, 3);
+    const Picture picture = read(s);
+    EXPECT_NEAR(picture.at(128, 128).r, 16, 1);  // a quarter of a pixel
+    EXPECT_NEAR(picture.at(6, 6).r, 64, 1);      // a quarter of a pixel of the level, which is four wide
+    EXPECT_NEAR(picture.at(6, 6).g, 128, 1);     // the middle, at every level
+    EXPECT_NEAR(picture.at(128, 128).b, 128, 1);
+    EXPECT_GL(GL_NO_ERROR);
+}
+
+TEST_F(TextureFoveated, LinesHaveTheirWidthInPixelsOfTheLevel) {
+    GLfloat widths[2] = {1, 1};
+    glGetFloatv(GL_ALIASED_LINE_WIDTH_RANGE, widths);
+    const GLfloat width = std::min(4.0f, std::floor(widths[1]));
+    const Surface s = surface(256, 256);
+    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+    ext.texture_parameters(s.color, 0, 0, 0, 0, 16, 16, 0);
+    const GLuint p = program("#version 300 es\nuniform float y; void main() { gl_Position = vec4(float(gl_VertexID) * 4.0 - 2.0, y, 0, 1); }",
+                             "#version 300 es\nprecision highp float; out vec4 c; void main() { c = vec4(1); }");
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    glUseProgram(p);
+    glLineWidth(width);
+    for (const float y : {0.0f, -0.75f}) {
+        glUniform1f(glGetUniformLocation(p, "y"), y + 1.0f / 512);
+        glDrawArrays(GL_LINES, 0, 2);
+    }
+    const Picture picture = read(s);
+    const auto height = [&picture](int x, int from, int to) {
+        int n = 0;
+        for (int y = from; y < to; ++y) n += picture.at(x, y).r > 127;
+        return n;
+    };
+    EXPECT_EQ(height(128, 64, 192), static_cast<int>(width));
+    EXPECT_NEAR(height(32, 0, 64), 4 * static_cast<int>(width), 3);
     EXPECT_GL(GL_NO_ERROR);
 }
 
