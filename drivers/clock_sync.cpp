@@ -104,7 +104,7 @@ void ClockSync::fit() noexcept {
             }
 }
 
-ClockSync::Mapped ClockSync::update(DeviceTime device, Instant received) noexcept {
+[[gnu::flatten]] ClockSync::Mapped ClockSync::update(DeviceTime device, Instant received) noexcept {
     const std::int64_t received_ns = to_ns(received);
     if (!any_) {
         start(device.ns, received_ns);
@@ -138,7 +138,7 @@ ClockSync::Mapped ClockSync::update(DeviceTime device, Instant received) noexcep
         anchor_device_ = p.device_ns;
         anchor_lag_ = static_cast<double>(p.lag_ns);
     }
-    std::int64_t at = origin_received_ + p.device_ns + static_cast<std::int64_t>(std::llround(lag)) - min_delay_.count();
+    std::int64_t at = origin_received_ + p.device_ns + static_cast<std::int64_t>(lag + (lag < 0 ? -0.5 : 0.5)) - min_delay_.count();
     at = std::min(at, received_ns);
     // Later device times give later exposures, even while the line moves.
     const bool later = device.ns > last_device_ns_;

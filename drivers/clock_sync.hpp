@@ -70,9 +70,9 @@ private:
     struct Point {
         std::int64_t device_ns, lag_ns;  // from the origin; lag = arrival - device
     };
-    void start(std::int64_t device_ns, std::int64_t received_ns) noexcept;
+    [[gnu::noinline]] void start(std::int64_t device_ns, std::int64_t received_ns) noexcept;
     void add(Point p) noexcept;
-    void fit() noexcept;
+    [[gnu::noinline]] void fit() noexcept;
     [[nodiscard]] double line(std::int64_t device_ns) const noexcept;
 
     Duration min_delay_;

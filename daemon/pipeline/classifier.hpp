@@ -39,13 +39,14 @@ public:
     // `raw` already holds the newest sample.
     const Classified& update(const History& raw) noexcept;
     // After a gap: the motion is forgotten, the tracker's noise is not.
-    void forget_motion() noexcept;
+    [[gnu::noinline]] void forget_motion() noexcept;
     // For a new source.
     void reset() noexcept { *this = Classifier{ClassifierSettings{settings_}}; }
 
 private:
     void track_noise(double speed_deg_s, double dt_s) noexcept;
-    void update_slow(std::int64_t t_ns, Direction<HeadFrame> gaze) noexcept;
+    void update_slow(std::int64_t t_ns, const Plane& gaze) noexcept;
+    [[gnu::noinline]] void begin_saccade(const History& raw, double speed_deg_s, double span_s) noexcept;
 
     ClassifierSettings settings_;
     std::int64_t pursuit_window_ns_;

@@ -1,7 +1,6 @@
 #include "daemon/pipeline/eye_line.hpp"
 
 #include <algorithm>
-#include <numbers>
 #include <utility>
 
 #include "daemon/pipeline/head_motion.hpp"
@@ -10,9 +9,9 @@
 namespace fovea::pipeline {
 namespace {
 
-constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 // After a gap this long nothing that was known of the motion still holds: at 40 ms an eye may have made a saccade.
 constexpr std::int64_t kForget_ns = 40'000'000;
+constexpr float kOneDegree_rad = static_cast<float>(1 / kDegreesPerRadian);
 constexpr double kHeadTurns_rad_s = 0.09;  // 5 deg/s: slower than that a head sways all the time
 constexpr double kLongAgo_ms = 300;      // the networks do not look further back
 constexpr float kWidest_rad = 1.5f;      // a radius that covers any display
@@ -78,7 +77,8 @@ void EyeLine::stand_in_for(const EyeLine& other, Instant exposed, const EyeState
     update(exposed, eye, head_rad_s);
 }
 
-Verdict EyeLine::update(Instant exposed, const EyeState& eye, Vec3<HeadFrame> head_rad_s) noexcept {
+// One piece of code with all that is called from here, but for what is rare (gnu::noinline).
+[[gnu::flatten]] Verdict EyeLine::update(Instant exposed, const EyeState& eye, Vec3<HeadFrame> head_rad_s) noexcept {
     settle();
     const Validator::Checked checked = validator_.update(to_ns(exposed), eye);
     if (checked.verdict == Verdict::duplicate || checked.verdict == Verdict::out_of_order) return checked.verdict;
@@ -113,45 +113,44 @@ void EyeLine::use(Instant exposed, Direction<HeadFrame> gaze_dir_head, Vec3<Head
     const Classified& now = classifier_.update(raw_);
     const bool lid = now.lid && now.event == GazeEvent::saccade;
     const Direction<HeadFrame> smooth = filter_.update(t, gaze_dir_head, now);
-    const Direction<HeadFrame> filtered = lid ? now.start_dir_head : smooth;
-    shown_.push(t, filtered);
+    const Plane filtered(lid ? now.start_dir_head : smooth);
+    shown_.push(t, filtered.at);
     predict(t, filtered, now, head_rad_s);
 
     motion_.reference = exposed;
-    motion_.gaze_dir_head = filtered;
-    motion_.velocity_rad_s = transport(gaze_dir_head, filtered, now.fast_rad_s);
+    motion_.gaze_dir_head = filtered.at;
+    motion_.velocity_rad_s = lid ? Tangent{} : carried(raw_.plane(), filtered, now.fast_rad_s);
     motion_.event = lid ? GazeEvent::blink : now.event;
-    if (lid) motion_.velocity_rad_s = {};
     if (motion_.event == GazeEvent::saccade) fill_saccade(now, gaze_dir_head);
-    loss_.valid(exposed, filtered);
+    loss_.valid(exposed, filtered.at);
     loss_.fill(motion_);
 }
 
-void EyeLine::predict(std::int64_t t, Direction<HeadFrame> filtered, const Classified& now, Vec3<HeadFrame> head_rad_s) noexcept {
+void EyeLine::predict(std::int64_t t, const Plane& filtered, const Classified& now, Vec3<HeadFrame> head_rad_s) noexcept {
     const MotionFeatures features = motion_features(raw_, now.fast_rad_s);
     const NetInput net = net_input(features, now.noise_deg_s,
                                    now.any_saccade ? static_cast<double>(t - now.onset_ns) * 1e-6 : kLongAgo_ms);
     Phase phase = phase_of(now, features, t);
     const bool still = phase == Phase::quiet || phase == Phase::stirring || phase == Phase::pursuit;
-    if (still && predictor_.adaptive() && length(head_rad_s) > kHeadTurns_rad_s) phase = Phase::turning;
-    predictor_.update({raw_, now, features, net, phase, filtered, against_head(head_rad_s, raw_.direction(0))}, ahead_.displacement);
+    if (still && predictor_.adaptive() && dot(head_rad_s, head_rad_s) > kHeadTurns_rad_s * kHeadTurns_rad_s) phase = Phase::turning;
+    predictor_.update({raw_, now, features, net, phase, filtered, head_rad_s}, ahead_);
     const bool lid = now.lid && now.event == GazeEvent::saccade;
-    if (lid) ahead_.displacement.fill({});
+    if (lid) ahead_.du_rad.fill(0), ahead_.dv_rad.fill(0);
     const NetRadii radii = net_radii(net);
-    for (std::size_t h = 0; h < kAhead; ++h) {
-        ahead_.radius68_rad[h] = std::min(radii.r68_deg[h] * static_cast<float>(1 / kDegreesPerRadian), kWidest_rad);
-        ahead_.radius95_rad[h] = std::min(radii.r95_deg[h] * static_cast<float>(1 / kDegreesPerRadian), kWidest_rad);
+    for (std::size_t h = 0; h < kHorizonLanes; h += 4) {
+        store_four(&ahead_.radius68_rad[h], at_most(load_four(&radii.r68_deg[h]) * kOneDegree_rad, kWidest_rad));
+        store_four(&ahead_.radius95_rad[h], at_most(load_four(&radii.r95_deg[h]) * kOneDegree_rad, kWidest_rad));
     }
-    ahead_.raw_offset = lid ? Tangent{} : nearby(TangentBasis<HeadFrame>(filtered), filtered, raw_.direction(0));
+    ahead_.raw_offset = lid ? Tangent{} : nearby(filtered, raw_.direction(0));
     unjudged_ = !lid;
     if (lid) judge_.forget_pending();  // nothing that was foreseen is judged by where the lid drags the gaze
-    judge_.apply(t, filtered, phase, ahead_);
+    judge_.apply(t, filtered.at, phase, ahead_);
     // The present: the noise that is left in one sample.
     const float present = static_cast<float>(now.noise_deg_s * kNoiseSpan_s / kDegreesPerRadian);
     motion_.horizons[0] = {0, 0, std::min(present, ahead_.radius68_rad[0]), std::min(2 * present, ahead_.radius95_rad[0])};
     for (std::size_t h = 0; h < kAhead; ++h)
-        motion_.horizons[h + 1] = {static_cast<float>(ahead_.displacement[h].u), static_cast<float>(ahead_.displacement[h].v),
-                                   std::min(ahead_.radius68_rad[h], kWidest_rad), std::min(ahead_.radius95_rad[h], kWidest_rad)};
+        motion_.horizons[h + 1] = {ahead_.du_rad[h], ahead_.dv_rad[h], std::min(ahead_.radius68_rad[h], kWidest_rad),
+                                   std::min(ahead_.radius95_rad[h], kWidest_rad)};
 }
 
 void EyeLine::fill_saccade(const Classified& now, Direction<HeadFrame> gaze) noexcept {

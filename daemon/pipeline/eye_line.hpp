@@ -23,7 +23,7 @@ public:
 
     // What became of the sample; `good` means that the motion below now includes it.
     // `head_rad_s`: the head's angular velocity; zero when it rests or is not known.
-    Verdict update(Instant exposed, const EyeState& eye, Vec3<HeadFrame> head_rad_s = {}) noexcept;
+    [[gnu::noinline]] Verdict update(Instant exposed, const EyeState& eye, Vec3<HeadFrame> head_rad_s = {}) noexcept;
     void settle() noexcept;   // pipeline.hpp
     // update() of a copy of `other`, made without the judge's memory, which is large: this line's is as good here.
     void stand_in_for(const EyeLine& other, Instant exposed, const EyeState& eye, Vec3<HeadFrame> head_rad_s) noexcept;
@@ -35,11 +35,11 @@ public:
 
 private:
     EyeLine(const PipelineSettings& settings, Filter filter, Predictor predictor) noexcept;
-    void forget_motion() noexcept;
+    [[gnu::noinline]] void forget_motion() noexcept;
     void use(Instant exposed, Direction<HeadFrame> gaze_dir_head, Vec3<HeadFrame> head_rad_s) noexcept;
-    void predict(std::int64_t t_ns, Direction<HeadFrame> filtered, const Classified& now, Vec3<HeadFrame> head_rad_s) noexcept;
-    void go_blind(GazeEvent event) noexcept;
-    void fill_saccade(const Classified& now, Direction<HeadFrame> gaze) noexcept;
+    void predict(std::int64_t t_ns, const Plane& filtered, const Classified& now, Vec3<HeadFrame> head_rad_s) noexcept;
+    [[gnu::noinline]] void go_blind(GazeEvent event) noexcept;
+    [[gnu::noinline]] void fill_saccade(const Classified& now, Direction<HeadFrame> gaze) noexcept;
 
     std::int64_t guard_before_ns_;
     Validator validator_;

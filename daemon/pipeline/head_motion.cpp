@@ -55,10 +55,9 @@ Vec3<HeadFrame> HeadMotion::angular_velocity(std::int64_t t_ns) const noexcept {
     return (rate / s) * v;
 }
 
-Tangent against_head(Vec3<HeadFrame> head_rad_s, Direction<HeadFrame> gaze) noexcept {
-    const Vec3<HeadFrame> v = cross(gaze.vec(), head_rad_s);
-    const TangentBasis<HeadFrame> basis(gaze);
-    return {dot(v, basis.u), dot(v, basis.v)};
+Tangent against_head(Vec3<HeadFrame> head_rad_s, const Plane& gaze) noexcept {
+    const Vec3<HeadFrame> v = cross(gaze.at.vec(), head_rad_s);
+    return {dot(v, gaze.basis.u), dot(v, gaze.basis.v)};
 }
 
 }  // namespace fovea::pipeline

@@ -9,8 +9,8 @@
 #include <array>
 #include <cstdint>
 
+#include "daemon/pipeline/plane.hpp"
 #include "protocol/gaze_sample.hpp"
-#include "protocol/sphere.hpp"
 
 namespace fovea::pipeline {
 
@@ -37,6 +37,6 @@ private:
 };
 
 // The velocity of a gaze that stays in space while the head turns; in the tangent plane of the gaze.
-[[nodiscard]] Tangent against_head(Vec3<HeadFrame> head_rad_s, Direction<HeadFrame> gaze) noexcept;
+[[nodiscard]] Tangent against_head(Vec3<HeadFrame> head_rad_s, const Plane& gaze) noexcept;
 
 }  // namespace fovea::pipeline

@@ -4,60 +4,58 @@
 
 namespace fovea::pipeline {
 
-Tangent nearby(const TangentBasis<HeadFrame>& basis, Direction<HeadFrame> at, Direction<HeadFrame> d) noexcept {
-    const Tangent chord{dot(basis.u, d.vec()), dot(basis.v, d.vec())};
-    const double s2 = chord.u * chord.u + chord.v * chord.v;  // sin^2 of the angle
-    if (dot(at.vec(), d.vec()) > 0) {
-        // asin(s)/s as a series; at 40 degrees (s2 = 0.41) the next term is 2e-4 of the angle.
-        const double k = 1 + s2 * (1.0 / 6 + s2 * (3.0 / 40 + s2 * (15.0 / 336 + s2 * (105.0 / 3456 + s2 * 0.0224))));
-        return k * chord;
-    }
-    const double s = std::sqrt(s2);
-    const double k = s > 1e-12 ? 1.5707963267948966 / s : 0;
-    return k * chord;
+std::optional<Direction<HeadFrame>> far::unit(Vec3<HeadFrame> v) noexcept { return Direction<HeadFrame>::from(v); }
+Tangent far::way_to(const Plane& from, Direction<HeadFrame> to) noexcept { return log_map(from.at, to); }
+Direction<HeadFrame> far::reached(const Plane& from, Tangent t) noexcept { return exp_map(from.at, t); }
+Tangent far::nearby(Tangent chord) noexcept {
+    const double s = norm(chord);
+    return (s > 1e-12 ? 1.5707963267948966 / s : 0) * chord;
 }
 
 void History::push(std::int64_t t_ns, Direction<HeadFrame> d) noexcept {
     ring_[next_] = {t_ns, d};
     next_ = (next_ + 1) % kCapacity;
     if (size_ < kCapacity) ++size_;
+    plane_ = Plane(d);
 }
 
-Slope History::slope(std::int64_t window_ns, int at_least, std::size_t skip) const noexcept {
+std::size_t History::within(std::int64_t window_ns, std::size_t at_least) const noexcept {
+    if (size_ == 0) return 0;
+    const std::int64_t t0 = time_ns(0);
+    std::size_t n = 1;
+    while (n < size_ && (n < at_least || t0 - time_ns(n) <= window_ns)) ++n;
+    return n;
+}
+
+Slope History::slope(std::size_t samples) const noexcept {
     Slope result;
-    if (size_ < skip + 2) return result;
-    const std::int64_t t0 = time_ns(skip);
-    const Direction<HeadFrame> at = direction(skip);
-    const TangentBasis<HeadFrame> basis(at);
-    double n = 0, st = 0, stt = 0;
+    result.samples = samples < 1 ? 0 : 1;
+    if (samples < 2) return result;
+    const std::int64_t t0 = time_ns(0);
+    if (samples == 2) {
+        const double t = -static_cast<double>(t0 - time_ns(1)) * 1e-9;
+        result.span_s = -t;
+        if (!(t * t > 2e-18)) return result;  // two stamps a nanosecond apart carry no velocity
+        result.samples = 2;
+        result.velocity_rad_s = (1 / t) * nearby(plane_, direction(1));
+        return result;
+    }
+    double st = 0, stt = 0;   // the newest is at 0, in time and place
     Tangent sp, stp;
-    double spp = 0;
-    for (std::size_t i = skip; i < size_; ++i) {
-        const std::int64_t age_ns = t0 - time_ns(i);
-        if (age_ns > window_ns && static_cast<int>(n) >= at_least) break;
-        const double t = -static_cast<double>(age_ns) * 1e-9;
-        const Tangent p = nearby(basis, at, direction(i));
-        n += 1;
+    for (std::size_t i = 1; i < samples; ++i) {
+        const double t = -static_cast<double>(t0 - time_ns(i)) * 1e-9;
+        const Tangent p = nearby(plane_, direction(i));
         st += t;
         stt += t * t;
         sp = sp + p;
         stp = stp + t * p;
-        spp += p.u * p.u + p.v * p.v;
         result.span_s = -t;
     }
-    result.samples = static_cast<int>(n);
+    const double n = static_cast<double>(samples);
     const double sxx = stt - st * st / n;
-    if (n < 2 || !(sxx > 1e-18)) {  // two stamps a nanosecond apart carry no velocity
-        result.samples = 1;
-        return result;
-    }
-    const Tangent sxy = stp - (st / n) * sp;
-    result.velocity_rad_s = (1 / sxx) * sxy;
-    if (n >= 3) {
-        const double syy = spp - (sp.u * sp.u + sp.v * sp.v) / n;
-        const double rest = syy - (sxy.u * sxy.u + sxy.v * sxy.v) / sxx;
-        result.residual_rad = rest > 0 ? std::sqrt(rest / (2 * (n - 2))) : 0;
-    }
+    if (!(sxx > 1e-18)) return result;
+    result.samples = static_cast<int>(samples);
+    result.velocity_rad_s = (1 / sxx) * (stp - (st / n) * sp);
     return result;
 }
 

@@ -9,21 +9,14 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "protocol/frames.hpp"
-#include "protocol/sphere.hpp"
+#include "daemon/pipeline/plane.hpp"
 
 namespace fovea::pipeline {
-
-// Where `d` lies as seen from `at`, in the plane that `basis` (the basis at `at`) spans. Within 1e-4 of log_map() up
-// to 40 degrees and much cheaper; beyond 90 degrees it is pulled to the rim, so it stays finite and bounded by pi/2.
-[[nodiscard]] Tangent nearby(const TangentBasis<HeadFrame>& basis, Direction<HeadFrame> at,
-                             Direction<HeadFrame> d) noexcept;
 
 struct Slope {
     Tangent velocity_rad_s;
     int samples = 0;          // that took part; below 2 the velocity is 0
     double span_s = 0;        // from the oldest of them to the newest
-    double residual_rad = 0;  // per-axis scatter about the line; 0 with fewer than 3 samples
 };
 
 class History {
@@ -37,9 +30,13 @@ public:
     [[nodiscard]] std::int64_t time_ns(std::size_t i) const noexcept { return ring_[(next_ + kCapacity - 1 - i) % kCapacity].t_ns; }
     [[nodiscard]] Direction<HeadFrame> direction(std::size_t i) const noexcept { return ring_[(next_ + kCapacity - 1 - i) % kCapacity].d; }
 
-    // Least-squares line through the samples of the last window_ns, and never fewer than `at_least` of them when there
-    // are so many. Skips the newest `skip` samples.
-    [[nodiscard]] Slope slope(std::int64_t window_ns, int at_least, std::size_t skip = 0) const noexcept;
+    // The plane at the newest sample.
+    [[nodiscard]] const Plane& plane() const noexcept { return plane_; }
+
+    // So many samples lie within the last window_ns; never fewer than `at_least` when there are so many.
+    [[nodiscard]] std::size_t within(std::int64_t window_ns, std::size_t at_least) const noexcept;
+    // Least-squares line through the newest `samples`, of which there must be so many.
+    [[nodiscard]] Slope slope(std::size_t samples) const noexcept;
 
 private:
     struct Entry {
@@ -48,6 +45,7 @@ private:
     };
     std::array<Entry, kCapacity> ring_{};
     std::size_t next_ = 0, size_ = 0;
+    Plane plane_;
 };
 
 // A thinned history for what happened longer ago: one entry per `spacing`, 64 of them.

@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace fovea::pipeline {
 
 MotionFeatures motion_features(const History& raw, Tangent velocity_rad_s) noexcept {
-    constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
     MotionFeatures f;
     const std::size_t n = raw.size();
     const double speed = std::sqrt(velocity_rad_s.u * velocity_rad_s.u + velocity_rad_s.v * velocity_rad_s.v);
@@ -18,18 +16,21 @@ MotionFeatures motion_features(const History& raw, Tangent velocity_rad_s) noexc
     const std::int64_t t0 = raw.time_ns(0);
     const std::size_t few = std::min<std::size_t>(n - 1, 4);
     f.interval_ms = static_cast<double>(t0 - raw.time_ns(few)) * 1e-6 / static_cast<double>(few);
-    const Direction<HeadFrame> at = raw.direction(0);
-    const TangentBasis<HeadFrame> basis(at);
-    std::size_t i = 0;  // the newest sample that is at least as old as the lag
+    std::size_t i = 0, placed = 0;   // the newest sample that is at least as old as the lag
+    Tangent older, newer;            // where it and the one after it lie
     for (std::size_t k = 0; k < kLags_ns.size(); ++k) {
         while (i + 1 < n && t0 - raw.time_ns(i) < kLags_ns[k]) ++i;
-        Tangent p = nearby(basis, at, raw.direction(i));
+        if (i != placed) {
+            newer = i == placed + 1 ? older : nearby(raw.plane(), raw.direction(i - 1));
+            older = nearby(raw.plane(), raw.direction(i));
+            placed = i;
+        }
+        Tangent p = older;
         const std::int64_t age = t0 - raw.time_ns(i);
         if (age > kLags_ns[k]) {  // then i > 0
-            const std::int64_t newer = t0 - raw.time_ns(i - 1);
-            const double share = static_cast<double>(kLags_ns[k] - newer) / static_cast<double>(age - newer);
-            const Tangent q = i > 1 ? nearby(basis, at, raw.direction(i - 1)) : Tangent{};
-            p = q + share * (p - q);
+            const std::int64_t since = t0 - raw.time_ns(i - 1);
+            const double share = static_cast<double>(kLags_ns[k] - since) / static_cast<double>(age - since);
+            p = newer + share * (older - newer);
         }
         f.came_deg[k] = -(p.u * f.along.u + p.v * f.along.v) * kDegreesPerRadian;
         f.across_deg[k] = std::fabs(p.u * f.along.v - p.v * f.along.u) * kDegreesPerRadian;

@@ -10,6 +10,7 @@
 
 #include <array>
 
+#include "daemon/pipeline/fours.hpp"
 #include "daemon/pipeline/motion_features.hpp"
 #include "protocol/motion_model.hpp"
 
@@ -17,29 +18,27 @@ namespace fovea::pipeline {
 
 inline constexpr std::size_t kNetInputs = 17, kNetHidden = 16, kNetHorizons = kHorizons_ns.size() - 1;
 using NetInput = std::array<float, kNetInputs>;
+static_assert(kHorizonLanes >= kNetHorizons && kHorizonLanes % 4 == 0 && kNetHidden % 4 == 0);
 
 // `since_onset_ms`: since the last saccade's onset, or anything above 300 when there was none.
 [[nodiscard]] NetInput net_input(const MotionFeatures& features, double noise_deg_s, double since_onset_ms) noexcept;
 
 // Degrees along, for the horizons after the first (which is the present).
-[[nodiscard]] std::array<float, kNetHorizons> net_advance(const NetInput& in, double speed_deg_s) noexcept;
+[[nodiscard]] PerHorizon net_advance(const NetInput& in, double speed_deg_s) noexcept;
 
 struct NetRadii {
-    std::array<float, kNetHorizons> r68_deg, r95_deg;
+    PerHorizon r68_deg, r95_deg;
 };
 [[nodiscard]] NetRadii net_radii(const NetInput& in) noexcept;
 
-// Generated tables (motion_net_weights.cpp): input scaling folded in. Rows of outputs end in zeros, so that they are
-// whole vectors of four.
-inline constexpr std::size_t kAdvanceRow = 12, kRadiusRow = 24;
-static_assert(kAdvanceRow >= kNetHorizons && kRadiusRow >= 2 * kNetHorizons && kAdvanceRow % 4 == 0 && kRadiusRow % 4 == 0);
+// Generated tables (motion_net_weights.cpp): input scaling folded in. A horizon's lanes end in a zero.
 struct AdvanceWeights {
     alignas(64) float in[kNetInputs][kNetHidden], in_bias[kNetHidden];
-    float out[kNetHidden][kAdvanceRow], out_bias[kAdvanceRow];
+    float out[kNetHidden][kHorizonLanes], out_bias[kHorizonLanes];
 };
 struct RadiusWeights {
     alignas(64) float in[kNetInputs][kNetHidden], in_bias[kNetHidden];
-    float out[kNetHidden][kRadiusRow], out_bias[kRadiusRow];  // log2 of r68, then log2 of r95 / r68
+    float out[kNetHidden][2 * kHorizonLanes], out_bias[2 * kHorizonLanes];  // log2 of r68, then log2 of r95 / r68
 };
 extern const AdvanceWeights kAdvanceWeights;
 extern const RadiusWeights kRadiusWeights;

@@ -39,7 +39,7 @@ Result<Pipeline> Pipeline::create(const PipelineSettings& settings) {
 
 namespace {
 
-void calibrate(EyeState& eye, const Calibration& calibration) noexcept {
+[[gnu::noinline]] void calibrate(EyeState& eye, const Calibration& calibration) noexcept {
     if (!eye.valid) return;
     // Whatever is no direction stays as it is: the validator tells it.
     if (const auto unit = Direction<HeadFrame>::from(eye.gaze_dir_head.vec())) eye.gaze_dir_head = calibration.apply(*unit);
@@ -52,7 +52,7 @@ void Pipeline::set_calibration(Eye eye, const Calibration& calibration) noexcept
     state_->calibrated = true;
 }
 
-const MotionModel& Pipeline::update(const GazeSample& as_measured) noexcept {
+[[gnu::flatten]] const MotionModel& Pipeline::update(const GazeSample& as_measured) noexcept {
     State& s = *state_;
     GazeSample sample = as_measured;
     if (s.calibrated)

@@ -33,8 +33,8 @@ struct PredictorInput {
     const MotionFeatures& features;
     const NetInput& net;
     Phase phase;
-    Direction<HeadFrame> filtered;
-    Tangent against_head_rad_s = {};  // head_motion.hpp; in the raw gaze's tangent plane
+    const Plane& filtered;
+    Vec3<HeadFrame> head_rad_s = {};  // head_motion.hpp
 };
 
 [[nodiscard]] Phase phase_of(const Classified& now, const MotionFeatures& features, std::int64_t t_ns) noexcept;
@@ -44,14 +44,18 @@ public:
     // Error: a name that is not in predictor_names().
     [[nodiscard]] static Result<Predictor> create(const PredictorSettings& settings);
 
-    void update(const PredictorInput& in, std::array<Tangent, kAhead>& out) noexcept;
-    void reset() noexcept;  // after a gap
+    // Fills in du_rad and dv_rad.
+    void update(const PredictorInput& in, Ahead& out) noexcept;
+    [[gnu::noinline]] void reset() noexcept;  // after a gap
     [[nodiscard]] bool adaptive() const noexcept { return kind_ == Kind::automatic; }
 
 private:
+    [[gnu::noinline]] void filtered(const PredictorInput& in, Ahead& out) noexcept;
+    [[gnu::noinline]] void other(const PredictorInput& in, PerHorizon& amounts, Tangent& way) const noexcept;
+
     enum class Kind : std::uint8_t { hold, velocity, damped_velocity, kalman, imm, gain_table, ballistic, automatic };
     Kind kind_ = Kind::hold;
-    std::array<double, kAhead> damped_s_{};  // seconds of velocity to extrapolate, per horizon
+    PerHorizon damped_s_{};  // seconds of velocity to extrapolate, per horizon
     NoiseEstimate noise_;
     KalmanCv kalman_{1000};
     Imm imm_;

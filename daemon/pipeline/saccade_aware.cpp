@@ -16,7 +16,8 @@ Direction<HeadFrame> SaccadeAware::update(std::int64_t t_ns, Direction<HeadFrame
     double share = dt / (age_s_ + dt);  // at first the plain mean, then the exponential one
     const double stir = now.threshold_deg_s > 0 ? std::min(now.speed_deg_s / now.threshold_deg_s, 1.0) : 0;
     share += (1 - share) * stir * stir;
-    return out_ = exp_map(out_, share * log_map(out_, gaze));
+    const Plane from(out_);
+    return out_ = reached(from, share * way_to(from, gaze));
 }
 
 }  // namespace fovea::pipeline

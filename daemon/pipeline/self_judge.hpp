@@ -16,6 +16,7 @@
 #include <cstdint>
 
 #include "daemon/pipeline/classifier.hpp"
+#include "daemon/pipeline/fours.hpp"
 #include "protocol/motion_model.hpp"
 
 namespace fovea::pipeline {
@@ -26,12 +27,13 @@ enum class Phase : std::uint8_t { quiet, stirring, pursuit, rising, falling, lan
 inline constexpr std::size_t kPhases = 7;
 
 inline constexpr std::size_t kAhead = kHorizons_ns.size() - 1;  // the horizons after the present
+static_assert(kHorizonLanes >= kAhead);
 
 // A prediction for the horizons after the present, in the tangent plane of the filtered gaze.
 struct Ahead {
     Tangent raw_offset;  // raw gaze less filtered gaze
-    std::array<Tangent, kAhead> displacement;
-    std::array<float, kAhead> radius68_rad{}, radius95_rad{};
+    PerHorizon du_rad{}, dv_rad{};
+    PerHorizon radius68_rad{}, radius95_rad{};
 };
 
 class SelfJudge {
@@ -40,11 +42,11 @@ public:
     explicit SelfJudge(bool adaptive) noexcept;
 
     // A new sample has come: judges every prediction that was due since the last one.
-    void observe(std::int64_t t_ns, Direction<HeadFrame> raw) noexcept;
+    [[gnu::noinline]] void observe(std::int64_t t_ns, Direction<HeadFrame> raw) noexcept;
     // Scales a prediction made now by belief and radius factors, and remembers it for judging.
     void apply(std::int64_t t_ns, Direction<HeadFrame> filtered, Phase phase, Ahead& ahead) noexcept;
     // After a gap or blink: what was predicted across it will not be judged.
-    void forget_pending() noexcept;
+    [[gnu::noinline]] void forget_pending() noexcept;
     void reset() noexcept;
     // Asks for what the next apply() will read and write, if the phase is still the same.
     void prefetch() const noexcept;
@@ -66,23 +68,30 @@ private:
         Direction<HeadFrame> from;
         Phase phase;
         Tangent raw_offset;
-        std::array<Tangent, kAhead> full;         // before belief
-        std::array<std::uint8_t, kAhead> choice;
-        std::array<float, kAhead> radius68_rad, radius95_rad;
+        std::array<std::uint8_t, kHorizonLanes> choice;
+        PerHorizon full_u_rad, full_v_rad;        // before belief
+        PerHorizon radius68_rad, radius95_rad;
     };
+    // What was learned, per phase: as apply() uses it ...
+    struct Learned {
+        PerHorizon share, from_raw;               // of the choice; from_raw is 0 or 1
+        PerHorizon factor68, factor95;
+        std::array<std::uint8_t, kHorizonLanes> choice;
+    };
+    // ... and what it was learned from, which only observe() needs.
     struct Cell {
         std::array<double, kChoices> error{};  // decayed sums, radians
         double weight = 0;
-        std::uint8_t choice = 0;
-        float factor68 = 1, factor95 = 1;
     };
-    void judge(Cell& cell, const Pending& p, std::size_t h, Tangent truth) noexcept;
-    void choose(Cell& cell, Phase phase) noexcept;
+    void judge(const Pending& p, std::size_t h, Tangent truth) noexcept;
+    void choose(const Cell& cell, Phase phase, std::size_t h) noexcept;
+    void set_choice(Learned& learned, std::size_t h, std::size_t choice) noexcept;
 
     bool adaptive_;
     std::array<Pending, kPending> ring_{};
     std::uint64_t noted_ = 0;                      // so many were ever noted; entry n lives at n % kPending
     std::array<std::uint64_t, kAhead> next_{};     // the next to be judged, per horizon
+    std::array<Learned, kPhases> learned_{};
     std::array<std::array<Cell, kAhead>, kPhases> cells_{};
     bool any_ = false;
     std::int64_t last_ns_ = 0;

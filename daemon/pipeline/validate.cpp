@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "daemon/pipeline/plane.hpp"
+
 namespace fovea::pipeline {
 namespace {
 
@@ -20,8 +22,8 @@ Validator::Checked Validator::update(std::int64_t t_ns, const EyeState& eye) noe
     newest_ns_ = t_ns;
     if (!eye.valid) return {Verdict::invalid, {}};
     // A direction that is off unit length by more than rounding is a wrong unit, but which way it points is still known.
-    const auto unit = Direction<HeadFrame>::from(eye.gaze_dir_head.vec());
-    if (!unit) return {Verdict::not_finite, {}};
+    const auto direction = unit(eye.gaze_dir_head.vec());
+    if (!direction) return {Verdict::not_finite, {}};
     if (any_good_ && eye.gaze_dir_head == values_) {
         if (t_ns - first_seen_ns_ <= kRepeatWindow_ns) return {Verdict::duplicate, {}};
     } else {
@@ -29,7 +31,7 @@ Validator::Checked Validator::update(std::int64_t t_ns, const EyeState& eye) noe
         values_ = eye.gaze_dir_head;
         first_seen_ns_ = t_ns;
     }
-    return {Verdict::good, *unit};
+    return {Verdict::good, *direction};
 }
 
 EyeState combined_eye(const GazeSample& sample) noexcept {
@@ -44,10 +46,10 @@ EyeState combined_eye(const GazeSample& sample) noexcept {
         else
             c.gaze_dir_head = l.valid && (ld || !r.valid) ? l.gaze_dir_head : r.gaze_dir_head;
     }
-    // fmax ignores the eye that is NaN.
-    if (std::isnan(c.openness)) c.openness = std::fmax(l.openness, r.openness);
-    if (std::isnan(c.pupil_mm)) c.pupil_mm = std::fmax(l.pupil_mm, r.pupil_mm);
-    if (std::isnan(c.confidence)) c.confidence = std::fmax(l.confidence, r.confidence);
+    const auto larger = [](double a, double b) { return std::isnan(a) || a < b ? b : a; };   // ignores the eye that is NaN
+    if (std::isnan(c.openness)) c.openness = larger(l.openness, r.openness);
+    if (std::isnan(c.pupil_mm)) c.pupil_mm = larger(l.pupil_mm, r.pupil_mm);
+    if (std::isnan(c.confidence)) c.confidence = larger(l.confidence, r.confidence);
     return c;
 }
 

@@ -233,9 +233,8 @@ void SourceLoop::publish(const GazeSample& polled) noexcept {
     sample.id += id_base_;  // a device counts from 1 after each open(); in a recording of this daemon ids are unique
     model_ = pipeline_.update(sample);
     model_.sequence = ++sequence_;
-    model_.filtered = time_.now();
     newest_id_ = sample.id;
-    model_.published = time_.now();
+    model_.filtered = model_.published = time_.now();   // nothing lies between the two
     outputs_.focus.publish(model_);
     outputs_.samples.publish_sample(sample, model_);
     pipeline_.settle();

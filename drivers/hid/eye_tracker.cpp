@@ -1,7 +1,10 @@
 #include "drivers/hid/eye_tracker.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstring>
+#include <limits>
 
 #include "drivers/hid/usages.hpp"
 
@@ -19,7 +22,26 @@ struct Axis {
     const Field* field = nullptr;
     double scale = 0, offset = 0;
     bool known = false;   // the line can be drawn: there is a unit, a quirk or a screen size
+    // Where its bits lie in eight of the report's bytes, for fields that lie in such (nearly all); see Window.
+    bool in_window = false, is_signed = false;
+    unsigned up = 0, down = 0;   // shifts that take the bits to the top and then down to the bottom
+    std::size_t first_byte = 0;
+    std::int64_t low = 0, high = 0;   // raw values beyond these are "no value"
 };
+
+// Eight bytes of a payload of `bytes` that hold the whole field; nothing where there are none.
+struct Window {
+    std::size_t first_byte;
+    unsigned shift;
+};
+std::optional<Window> window_of(const Field& f, std::size_t bytes) noexcept {
+    const std::uint64_t end = std::uint64_t{f.bit_offset} + f.bit_size;
+    if (std::endian::native != std::endian::little || f.bit_size == 0 || f.bit_size > 64 || bytes < 8 || end > bytes * 8) return std::nullopt;
+    const std::size_t first = std::min<std::size_t>(f.bit_offset / 8, bytes - 8);
+    const auto shift = static_cast<unsigned>(f.bit_offset - 8 * first);
+    if (shift + f.bit_size > 64) return std::nullopt;
+    return Window{first, shift};
+}
 
 // Three axes that form a point or a rotation.
 struct Triple {
@@ -53,14 +75,18 @@ private:
 };
 
 // Exact for whole-nanosecond units; nothing when the time does not fit 64 bits of nanoseconds.
-std::optional<DeviceTime> to_device_time(std::int64_t ticks, double unit_s) noexcept {
+std::int64_t whole_tick_ns(double unit_s) noexcept {
     const double unit_ns = unit_s * 1e9;
     const double whole = std::nearbyint(unit_ns);
-    if (whole >= 1 && whole <= 1e9 && std::abs(unit_ns - whole) < 1e-6 * whole) {
+    return whole >= 1 && whole <= 1e9 && std::abs(unit_ns - whole) < 1e-6 * whole ? static_cast<std::int64_t>(whole) : 0;
+}
+std::optional<DeviceTime> to_device_time(std::int64_t ticks, std::int64_t tick_ns, double unit_s) noexcept {
+    if (tick_ns > 0) {
         std::int64_t ns = 0;
-        if (__builtin_mul_overflow(ticks, static_cast<std::int64_t>(whole), &ns)) return std::nullopt;
+        if (__builtin_mul_overflow(ticks, tick_ns, &ns)) return std::nullopt;
         return DeviceTime{ns};
     }
+    const double unit_ns = unit_s * 1e9;
     const long double ns = static_cast<long double>(ticks) * static_cast<long double>(unit_ns);
     if (!(std::abs(ns) < 9.2e18L)) return std::nullopt;
     return DeviceTime{static_cast<std::int64_t>(std::nearbyint(ns))};
@@ -68,7 +94,14 @@ std::optional<DeviceTime> to_device_time(std::int64_t ticks, double unit_s) noex
 
 Direction<HeadFrame> ray(Point from, Point to, bool& ok) noexcept {
     // The screen's y points down and z towards the user; HeadFrame's y up and its +z backwards, which is the same way.
-    const auto d = Direction<HeadFrame>::from({to.x - from.x, from.y - to.y, to.z - from.z});
+    const Vec3<HeadFrame> v{to.x - from.x, from.y - to.y, to.z - from.z};
+    const double squared = dot(v, v);
+    ok = v.z < 0 && squared > 1e-280;
+    if (ok && squared < 1e280) [[likely]] {   // as Direction::from(), where no square overflows
+        const double n = std::sqrt(squared);
+        return {v.x / n, v.y / n, v.z / n};
+    }
+    const auto d = ok ? Direction<HeadFrame>::from(v) : std::nullopt;
     ok = d.has_value() && d->z < 0;
     return ok ? *d : Direction<HeadFrame>{};
 }
@@ -90,6 +123,7 @@ struct EyeTracker::State {
     const Report *gaze_format = nullptr, *status_format = nullptr;
     WrappingCounter counter;
     double width_m = 0, height_m = 0;  // of the screen; 0: not known
+    std::int64_t tick_ns = 0;          // of the timestamp, where that is a whole number; else 0
 
     // The nearest enclosing collection's usage on the tracker's page that is one of the table's (0: none).
     [[nodiscard]] std::uint16_t enclosing(int collection, std::uint16_t first, std::uint16_t last) const noexcept {
@@ -178,6 +212,16 @@ struct EyeTracker::State {
             return;
         }
         axis.known = true;
+        const auto window = gaze_format != nullptr ? window_of(f, gaze_format->bytes()) : std::nullopt;
+        axis.in_window = window.has_value();
+        if (!window) return;
+        axis.first_byte = window->first_byte;
+        axis.up = 64 - window->shift - f.bit_size;
+        axis.down = 64 - f.bit_size;
+        axis.is_signed = f.logical_min < 0;
+        const bool any = quirks.ignore_logical_range || f.bit_size > 32 || (f.logical_min == 0 && f.logical_max == 0);
+        axis.low = any ? std::numeric_limits<std::int64_t>::min() : f.logical_min;
+        axis.high = any ? std::numeric_limits<std::int64_t>::max() : f.logical_max;
     }
 
     void draw_lines() noexcept {
@@ -192,6 +236,16 @@ struct EyeTracker::State {
     // False where the device says "no value"; `zero` tells whether the raw value was 0.
     bool read(const Axis& axis, std::span<const std::uint8_t> payload, double& value, bool& zero) const noexcept {
         if (!axis.known) return false;
+        if (axis.in_window) [[likely]] {
+            std::uint64_t bits = 0;
+            std::memcpy(&bits, payload.data() + axis.first_byte, 8);
+            bits <<= axis.up;
+            const std::int64_t here = axis.is_signed ? static_cast<std::int64_t>(bits) >> axis.down : static_cast<std::int64_t>(bits >> axis.down);
+            if (here < axis.low || here > axis.high) return false;
+            zero = here == 0;
+            value = static_cast<double>(here) * axis.scale + axis.offset;
+            return true;
+        }
         const auto raw = raw_value(*axis.field, payload);
         if (!raw || (!quirks.ignore_logical_range && !in_logical_range(*axis.field, *raw))) return false;
         zero = *raw == 0;
@@ -207,13 +261,15 @@ struct EyeTracker::State {
     }
 
     // False for a point that the report's list of what is there can name and does not.
-    bool listed(std::uint16_t point, std::span<const std::uint8_t> payload) const noexcept {
+    [[gnu::noinline]] bool named(std::uint16_t point, std::span<const std::uint8_t> payload) const noexcept {
         const Usage wanted{kEyeTrackerPage, point};
-        if (present == nullptr || !can_select(descriptor, *present, wanted)) return true;
+        if (!can_select(descriptor, *present, wanted)) return true;
         for (std::uint32_t i = 0; i < present->count; ++i)
             if (selected_usage(descriptor, *present, payload, i) == wanted) return true;
         return false;
     }
+
+    bool listed(std::uint16_t point, std::span<const std::uint8_t> payload) const noexcept { return present == nullptr || named(point, payload); }
 
     // A position in space needs all three coordinates; (0, 0, 0) lies on the glass and means "not seen".
     [[nodiscard]] std::optional<Point> eye_position(const Triple& t, std::span<const std::uint8_t> payload) const noexcept {
@@ -224,9 +280,7 @@ struct EyeTracker::State {
         return turned(p);
     }
 
-    void decode_head(std::span<const std::uint8_t> payload, GazeSample& out) const noexcept {
-        out.head = {};
-        if (!head_rotation.complete()) return;
+    [[gnu::noinline]] void decode_head(std::span<const std::uint8_t> payload, GazeSample& out) const noexcept {
         double ax = 0, ay = 0, az = 0;
         bool zero = false;
         if (!read(head_rotation.x, payload, ax, zero) || !read(head_rotation.y, payload, ay, zero) ||
@@ -288,7 +342,7 @@ struct EyeTracker::State {
     }
 
     // One field of a feature or status report, by its usage.
-    void take_field(const Field& f, std::span<const std::uint8_t> payload) noexcept {
+    [[gnu::noinline]] void take_field(const Field& f, std::span<const std::uint8_t> payload) noexcept {
         const auto raw = raw_value(f, payload);
         if (!raw || f.constant || f.array || f.usage.page != kEyeTrackerPage) return;
         const UnitMeaning unit = unit_meaning(f.unit, f.unit_exponent);
@@ -319,7 +373,7 @@ struct EyeTracker::State {
         }
     }
 
-    void take_report(ReportKind kind, std::uint8_t id, std::span<const std::uint8_t> payload) noexcept {
+    [[gnu::noinline]] void take_report(ReportKind kind, std::uint8_t id, std::span<const std::uint8_t> payload) noexcept {
         for (const Field& f : descriptor.fields)
             if (f.kind == kind && f.report_id == id && descriptor.within(f.collection, tracker)) take_field(f, payload);
     }
@@ -377,6 +431,7 @@ Result<EyeTracker> EyeTracker::create(std::span<const std::uint8_t> report_descr
             k.timestamp_unit_s = 1e-6;
             k.timestamp_unit_assumed = true;
         }
+        s->tick_ns = whole_tick_ns(k.timestamp_unit_s);
         s->counter = WrappingCounter(t.bit_size);
     }
     for (const Report& r : d.reports) {
@@ -460,7 +515,8 @@ void EyeTracker::rehearse(std::span<const std::uint8_t> report, GazeSample& scra
     state_->capabilities = capabilities;
 }
 
-Decoded EyeTracker::decode(std::span<const std::uint8_t> report, GazeSample& out, bool& has_device_time) noexcept {
+// One piece of code, as EyeLine::update() is.
+[[gnu::flatten]] Decoded EyeTracker::decode(std::span<const std::uint8_t> report, GazeSample& out, bool& has_device_time) noexcept {
     State& s = *state_;
     has_device_time = false;
     std::uint8_t id = 0;
@@ -478,10 +534,11 @@ Decoded EyeTracker::decode(std::span<const std::uint8_t> report, GazeSample& out
     if (id != s.gaze_report) return Decoded::foreign;
     if (payload.size() != s.gaze_format->bytes()) return Decoded::malformed;
     s.decode_gaze(payload, out);
-    s.decode_head(payload, out);
+    out.head = {};
+    if (s.head_rotation.complete()) s.decode_head(payload, out);
     if (s.timestamp != nullptr)
         if (const auto raw = raw_value(*s.timestamp, payload))
-            if (const auto t = to_device_time(s.counter.extend(*raw), s.capabilities.timestamp_unit_s)) {
+            if (const auto t = to_device_time(s.counter.extend(*raw), s.tick_ns, s.capabilities.timestamp_unit_s)) {
                 out.device_time = *t;
                 has_device_time = true;
             }

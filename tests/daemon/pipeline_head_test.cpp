@@ -27,8 +27,8 @@ TEST(HeadMotion, FindsATurnAtAnyRateOfPoses) {
         EXPECT_NEAR(w.x, 0, 1e-9);
         EXPECT_NEAR(w.z, 0, 1e-9);
         // The head turns left, so a gaze that stays in space goes right.
-        EXPECT_NEAR(against_head(w, at_deg(0, 0)).u / kDegree, 80, 1e-6);
-        EXPECT_NEAR(against_head(w, at_deg(0, 0)).v, 0, 1e-9);
+        EXPECT_NEAR(against_head(w, Plane(at_deg(0, 0))).u / kDegree, 80, 1e-6);
+        EXPECT_NEAR(against_head(w, Plane(at_deg(0, 0))).v, 0, 1e-9);
     }
 }
 

@@ -108,7 +108,7 @@ TEST(Ballistic, FindsTheLandingOfASaccadeHalfWay) {
         Classified now;
         now.event = GazeEvent::saccade;
         now.onset_ns = 200 * kMs;
-        const Slope s = raw.slope(6 * kMs, 2);
+        const Slope s = raw.slope(raw.within(6 * kMs, 2));
         const Landing l = ballistic(motion_features(raw, s.velocity_rad_s), now, (200 + half) * kMs);
         EXPECT_NEAR(l.amplitude_deg, amplitude, 0.25 * amplitude);
     }
@@ -142,7 +142,7 @@ TEST(SelfJudge, StopsBelievingInWhatProvesWrongAndGoesOnInWhatProvesRight) {
             judge.observe(i * kMs, at_deg(x, 0));
             Ahead ahead;
             for (std::size_t h = 0; h < kAhead; ++h)
-                ahead.displacement[h] = {(right ? 20 : -20) * kDegree * static_cast<double>(kHorizons_ns[h + 1]) * 1e-9, 0};
+                ahead.du_rad[h] = static_cast<float>((right ? 20 : -20) * kDegree * static_cast<double>(kHorizons_ns[h + 1]) * 1e-9);
             ahead.radius68_rad.fill(0.01f);
             ahead.radius95_rad.fill(0.02f);
             judge.apply(i * kMs, at_deg(x, 0), Phase::pursuit, ahead);
@@ -162,7 +162,6 @@ TEST(SelfJudge, RadiiComeToHoldWhatTheySay) {
             const auto raw = at_deg(noise(random), noise(random));
             judge.observe(i * kMs, raw);
             Ahead ahead;
-            ahead.displacement.fill({});
             ahead.radius68_rad.fill(stated);
             ahead.radius95_rad.fill(2 * stated);
             judge.apply(i * kMs, at_deg(0, 0), Phase::quiet, ahead);

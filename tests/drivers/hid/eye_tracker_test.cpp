@@ -63,8 +63,8 @@ constexpr double kDegree = 0.017453292519943295;
 TEST(EyeTracker, TurnsGazePointAndEyePositionsIntoRays) {
     for (const char* name : {"classic", "packed"}) {
         Opened o = open_shape(name);
-        for (double x : {0.0, 0.1, 0.25, 0.5})
-            for (double y : {0.02, 0.15, 0.3}) {
+        for (double x : {-0.12, 0.0, 0.1, 0.25, 0.5})   // left of the screen and above it, too
+            for (double y : {-0.03, 0.02, 0.15, 0.3}) {
                 const Truth t = looking_at(x, y);
                 const GazeSample s = decode(o, t);
                 ASSERT_TRUE(s.eye(Eye::combined).valid && s.eye(Eye::left).valid && s.eye(Eye::right).valid);
