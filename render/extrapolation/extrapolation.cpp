@@ -208,7 +208,8 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
         projection = &s.known_projection;
         cell_px = known_cell;
         if (with_depth) {
-            projection->run_known(*hints.motion, step, cell_px, reach_px, *s.kernels);
+            make_gatherable(near, s.source, s.pool);
+            projection->run_known(*hints.motion, step, cell_px, reach_px, s.source, is_float(near.format), *s.kernels);
         } else {
             const float* given = hints.motion->ahead_px != nullptr ? hints.motion->ahead_px : hints.motion->motion_px;
             projection->run({given, given + 1, 2, hints.motion->ahead_px != nullptr ? 1.0f : step}, cell_px, reach_px);
@@ -254,7 +255,7 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
     moves = moves || (fine && projection->moves());
     s.report.filled_fraction = foveated ? s.coarse_projection.filled_fraction() : projection->filled_fraction();
     if (!moves) return repeat(near, Report::Reason::none);
-    make_gatherable(near, s.source, s.pool);
+    if (!with_depth) make_gatherable(near, s.source, s.pool);
     const Gather::Layer finest{&projection->displacement(), projection->touched(), cell_px};
     Gather::Job job{&near, &s.source, &output, finest, &s.tiles, s.tuning.cubic, gaze, finest, {}};
     if (foveated) {

@@ -89,6 +89,9 @@ struct CarryJob {
     float step;                    // of `motion`, where `ahead` is null
     int width, height, cell_px;
     float reach_px;
+    const void* pixels;            // of the nearer source, one per cell: four channels of 8 bits, or four floats; null: not told
+    std::ptrdiff_t stride;         // bytes
+    bool floats;
     float* scratch;                // carry_scratch(width) floats
     float* front;                  // in: -infinity; out: -depth of what lies there
     float *u, *v, *far_u, *far_v;  // out: where each output cell comes from, in the nearer and in the farther source

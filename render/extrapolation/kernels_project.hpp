@@ -1,8 +1,9 @@
 // Carries every cell of the nearer source to where it will be at the output, for known motion with depth. Included inside a
 // namespace per code path.
 //
-// At an edge between motions a pixel of the thing behind holds a little of the thing in front (that is what antialiasing
-// is), so the front is carried with a rim of one cell. Eight neighbours that move by the same whole cells (the usual case)
+// At an edge between motions a pixel of the thing behind may hold a little of the thing in front (that is what antialiasing
+// is), and cells that land whole miss the front's edge by part of a pixel: so the front is carried with a rim of one cell, of those
+// pixels that it covers a part of. Eight neighbours that move by the same whole cells (the usual case)
 // are compared with what already lies there, and written, at once.
 
 // One row of what moves, with the edge repeated on both sides.
@@ -82,8 +83,35 @@ struct Carried {
     V8 a, c, far_u, far_v, front;
 };
 
+FOVEA_INLINE void carried_pixel(V4& v, const CarryJob& job, int x, int y) {
+    const auto* row = static_cast<const std::uint8_t*>(job.pixels) + clamp(y, 0, job.height - 1) * job.stride;
+    const int column = clamp(x, 0, job.width - 1);
+    if (job.floats) {
+        __builtin_memcpy(&v, row + static_cast<std::ptrdiff_t>(16) * column, sizeof v);
+        return;
+    }
+    const std::uint8_t* p = row + static_cast<std::ptrdiff_t>(4) * column;
+    v = V4{static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2]), static_cast<float>(p[3])};
+}
+// How much of the pixel (x, y) belongs to what lies (dx, dy) beside it, and not to what lies on its other side: 0 to 1.
+FOVEA_INLINE float share_of(const CarryJob& job, int x, int y, int dx, int dy) {
+    V4 own, front, behind;
+    carried_pixel(own, job, x, y);
+    carried_pixel(front, job, x + dx, y + dy);
+    carried_pixel(behind, job, x - dx, y - dy);
+    const V4 to_front = front - behind, to_own = own - behind;
+    const V4 a = to_front * to_front, b = to_front * to_own;
+    const float whole = (a[0] + a[1]) + (a[2] + a[3]), part = (b[0] + b[1]) + (b[2] + b[3]);
+    return whole > 0 && part > 0 ? smaller(part / whole, 1.0f) : 0.0f;
+}
+// What of a landing falls towards the rim on the side (-dx, -dy): the part of a pixel by which whole cells miss the front's edge.
+FOVEA_INLINE float beyond(float moved, int side) {
+    const float missed = moved - static_cast<float>(floor_int(moved + 0.5f));
+    return side == 0 ? 1.0f : side > 0 ? -missed : missed;
+}
+
 // The nearest of the nine cells around lends its motion.
-FOVEA_INLINE void lend(Carried& k, int lane, int x, const CarryRow (&rows)[3]) {
+FOVEA_INLINE void lend(Carried& k, int lane, int x, int y, const CarryRow (&rows)[3], const CarryJob& job) {
     float best = rows[1].front[x];
     int from = 1, at = x;
     for (int j = 0; j < 3; ++j)
@@ -93,6 +121,18 @@ FOVEA_INLINE void lend(Carried& k, int lane, int x, const CarryRow (&rows)[3]) {
                 from = j;
                 at = i;
             }
+    if (from == 1 && at == x) return;
+    if (job.pixels != nullptr) {
+        // Lent to what moves about as the front does, where it costs nothing; to what the front covers a part of, there or by where
+        // its own cell lands; and to what would itself be read too near to where the front was.
+        constexpr float kApart_px = 1.0f, kLeast = 0.15f;   // of a pixel; of four samples, one is 0.25
+        const int dx = at - x, dy = from - 1;
+        const float du = rows[from].a[at] - rows[1].a[x], dv = rows[from].c[at] - rows[1].c[x];
+        const bool apart = larger(du, -du) >= kApart_px || larger(dv, -dv) >= kApart_px;
+        if (apart && !(smaller(beyond(rows[1].a[x], dx), beyond(rows[1].c[x], dy)) > kLeast) &&
+            !(share_of(job, x, y, dx, dy) + smaller(beyond(rows[from].a[at], dx), beyond(rows[from].c[at], dy)) > kLeast))
+            return;
+    }
     k.a[lane] = rows[from].a[at];
     k.c[lane] = rows[from].c[at];
     k.far_u[lane] = rows[from].far_u[at];
@@ -140,7 +180,7 @@ static bool carry(const CarryJob& job) {
             const int count = job.width - x < 8 ? job.width - x : 8;
             if (any8(lent))
                 for (int lane = 0; lane < count; ++lane)
-                    if (lent[lane] != 0) lend(k, lane, x + lane, rows);
+                    if (lent[lane] != 0) lend(k, lane, x + lane, y, rows, job);
             I8 tx, ty;
             floor8(tx, k.a * per_cell + 0.5f);
             floor8(ty, k.c * per_cell + 0.5f);

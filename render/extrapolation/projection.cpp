@@ -180,12 +180,13 @@ void Projection::scatter(const Motion& motion, int cell_px, float reach_px, cons
     if (moves) fill_holes(cell_px, nullptr);
 }
 
-void Projection::run_known(const KnownMotion& known, float step, int cell_px, float reach_px, const Kernels& kernels) noexcept {
+void Projection::run_known(const KnownMotion& known, float step, int cell_px, float reach_px, const Gatherable& source, bool floats, const Kernels& kernels) noexcept {
     std::fill(front_.begin(), front_.end(), kNothing);
     touched_ = {0, 0, out_.width, out_.height};
     has_far_ = known.motion_px != nullptr;
     if (has_far_) std::fill(sources_.begin(), sources_.end(), static_cast<std::uint8_t>(kBoth));
-    moves_ = kernels.carry({known.motion_px, known.ahead_px, known.depth, step, out_.width, out_.height, cell_px, reach_px, carry_.data(), front_.data(), out_.u.data(), out_.v.data(),
+    moves_ = kernels.carry({known.motion_px, known.ahead_px, known.depth, step, out_.width, out_.height, cell_px, reach_px,
+                            cell_px == 1 ? source.pixels : nullptr, source.row_bytes, floats, carry_.data(), front_.data(), out_.u.data(), out_.v.data(),
                             far_.u.data(), far_.v.data()});
     filled_ = 0;
     if (moves_) {
@@ -208,7 +209,7 @@ struct Projection::Hole {
 // front that moves otherwise: that has left, and hides there what the hole has to show.
 bool Projection::continues(const Carry& carry, int x, int y, std::size_t found) const noexcept {
     const int w = out_.width, h = out_.height;
-    const float per_cell = 1.0f / static_cast<float>(carry.cell_px), alike = 0.5f * static_cast<float>(carry.cell_px);
+    const float per_cell = 1.0f / static_cast<float>(carry.cell_px), alike = 0.25f * static_cast<float>(carry.cell_px);
     const int px = x + round_int(out_.u[found] * per_cell), py = y + round_int(out_.v[found] * per_cell);
     if (px < 0 || px >= w || py < 0 || py >= h) return true;
     const std::size_t at = static_cast<std::size_t>(py) * static_cast<std::size_t>(w) + static_cast<std::size_t>(px);
@@ -250,6 +251,7 @@ void Projection::fill_from_far(const Hole& hole, const float* depth, int cell_px
 void Projection::fill_holes(int cell_px, const Carry* carry) noexcept {
     const bool mirrored = carry != nullptr;
     constexpr int kSearch = 48;   // cells: further away than this nothing is known about what lies behind
+    constexpr float kBehind = 0.25f;   // of the way from the farthest front to the nearest
     const int w = out_.width, h = out_.height;
     const auto at = [w](int x, int y) { return static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x); };
     long holes = 0;
@@ -291,8 +293,9 @@ void Projection::fill_holes(int cell_px, const Carry* carry) noexcept {
                     torn = true;
                     distance[2 - way] = distance[3 - way] = 0;
                 }
-            // What lies behind: the way with the smallest front, ties to the shorter one.
+            // What lies behind: of the ways whose front is not much above the smallest, the shortest.
             int chosen = -1;
+            float nearest_front = kNothing, farthest_front = -kNothing;
             float low_u = 0, high_u = 0, low_v = 0, high_v = 0;
             for (int way = 0; way < 4; ++way) {
                 if (distance[way] == 0) continue;
@@ -305,8 +308,15 @@ void Projection::fill_holes(int cell_px, const Carry* carry) noexcept {
                 high_u = std::max(high_u, a);
                 low_v = std::min(low_v, c);
                 high_v = std::max(high_v, c);
-                if (chosen < 0 || front_[found[way]] < front_[found[chosen]] || (front_[found[way]] == front_[found[chosen]] && distance[way] < distance[chosen])) chosen = way;
+                nearest_front = std::max(nearest_front, front_[found[way]]);
+                farthest_front = std::min(farthest_front, front_[found[way]]);
+                chosen = way;
             }
+            // Of a floor that slopes away, all of it lies behind: the nearest of what does.
+            const float behind = farthest_front + kBehind * (nearest_front - farthest_front);
+            chosen = -1;
+            for (int way = 0; way < 4; ++way)
+                if (distance[way] != 0 && front_[found[way]] <= behind && (chosen < 0 || distance[way] < distance[chosen])) chosen = way;
             u = out_.u[found[chosen]];
             v = out_.v[found[chosen]];
             // Around a crack all agree: it continues. Around a real hole they do not, and what the mover uncovers is the

@@ -11,6 +11,7 @@
 
 #include "render/extrapolation/extrapolation.hpp"
 #include "render/extrapolation/plane.hpp"
+#include "render/extrapolation/sources.hpp"
 
 namespace fovea::render::extrapolation {
 
@@ -35,7 +36,8 @@ public:
 
     // Known motion with depth: sized apart, since it needs more room.
     void resize_known(int width, int height);
-    void run_known(const KnownMotion& known, float step, int cell_px, float reach_px, const Kernels& kernels) noexcept;
+    // `source`: the nearer one, which tells what holds some of the thing in front of it.
+    void run_known(const KnownMotion& known, float step, int cell_px, float reach_px, const Gatherable& source, bool floats, const Kernels& kernels) noexcept;
 
     [[nodiscard]] const Field& displacement() const noexcept { return out_; }
     // Of run_known with motion_px: where each output cell was in the farther source; null: nothing is known of it.

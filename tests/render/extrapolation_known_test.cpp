@@ -104,6 +104,47 @@ TEST(KnownMotion, AnEdgeKeepsItsAntialiasing) {
     EXPECT_GT(psnr(out, truth), 36);
 }
 
+// A box of one colour before stripes across: whole pixels, nothing blended.
+Picture box_before_stripes(int left, int top, int right, int bottom) {
+    Picture p(128, 96, Format::rgba8);
+    for (int y = 0; y < 96; ++y)
+        for (int x = 0; x < 128; ++x) {
+            const bool box = x >= left && x < right && y >= top && y < bottom;
+            const float stripe = x % 7 < 3 ? 0.1f : 0.45f;
+            p.set(x, y, box ? std::array{0.9f, 0.2f, 0.1f, 1.0f} : std::array{stripe, stripe, 0.8f, 1.0f});
+        }
+    return p;
+}
+
+TEST(KnownMotion, WhatLiesBesideAnEdgeAndHoldsNothingOfTheFrontStaysBehind) {
+    const Picture a = box_before_stripes(30, 20, 50, 70), b = box_before_stripes(36, 20, 56, 70), truth = box_before_stripes(39, 20, 59, 70);
+    Known known(128, 96);
+    for (int y = 20; y < 70; ++y)
+        for (int x = 36; x < 56; ++x) known.set(x, y, 6, 0, 2);
+    const KnownMotion motion = known.view();
+    Picture out(128, 96, Format::rgba8);
+    auto e = engine();
+    ASSERT_EQ(run(e, a, b, out, 0.5f, {.motion = &motion}), Outcome::ok);
+    for (int y = 24; y < 66; ++y)
+        for (int x = 57; x < 62; ++x) ASSERT_NEAR(level(out, x, y, 0), level(truth, x, y, 0), 2) << x << " " << y;
+}
+
+TEST(KnownMotion, AHoleBeforeAFloorThatSlopesAwayTakesTheNearestOfIt) {
+    // The box goes up and leaves the floor below; what lies beside the box is a little further away than that.
+    const Picture a = box_before_stripes(40, 38, 90, 60), b = box_before_stripes(40, 30, 90, 52), truth = box_before_stripes(40, 26, 90, 48);
+    Known known(128, 96);
+    for (int y = 0; y < 96; ++y)
+        for (int x = 0; x < 128; ++x) known.set(x, y, 0, 0, 10 - 0.02f * static_cast<float>(y));
+    for (int y = 30; y < 52; ++y)
+        for (int x = 40; x < 90; ++x) known.set(x, y, 0, -8, 2);
+    const KnownMotion motion = known.view();
+    Picture out(128, 96, Format::rgba8);
+    auto e = engine();
+    ASSERT_EQ(run(e, a, b, out, 0.5f, {.motion = &motion}), Outcome::ok);
+    for (int y = 48; y < 52; ++y)
+        for (int x = 48; x < 82; ++x) ASSERT_NEAR(level(out, x, y, 0), level(truth, x, y, 0), 2) << x << " " << y;
+}
+
 TEST(Projection, ASurfaceThatGrowsTearsOpenAndIsClosedWithItself) {
     // Grown by a fifth, one column in six is landed on by nothing. Rows of a still background are near enough to be chosen
     // for these, since they lie behind.
