@@ -131,6 +131,19 @@ void Context::image_written(GLuint name) {
     }
 }
 
+void Context::storing_images() {
+    if (!active_ || (kept_.empty() && framebuffers_.empty())) return;
+    keep_driver_error();
+    for (GLuint unit = 0; unit < static_cast<GLuint>(get_integer(GL_MAX_IMAGE_UNITS)); ++unit) {
+        GLint name = 0, access = 0;
+        gl.GetIntegeri_v(GL_IMAGE_BINDING_NAME, unit, &name);
+        if (name == 0) continue;
+        gl.GetIntegeri_v(GL_IMAGE_BINDING_ACCESS, unit, &access);
+        if (access != GL_READ_ONLY) image_written(static_cast<GLuint>(name));
+    }
+    drop_errors();
+}
+
 void Context::invalidate_pass() {
     if (Framebuffer* f = find_framebuffer(draw_framebuffer_)) f->each_pass([](Pass& p) { p.mode = Pass::Mode::none; });
 }

@@ -224,7 +224,8 @@ public:
     [[nodiscard]] GLuint draw_framebuffer() const noexcept { return draw_framebuffer_; }
     [[nodiscard]] GLuint read_framebuffer() const noexcept { return read_framebuffer_; }
     [[nodiscard]] GLenum foveation_status(GLenum framebuffer_target);
-    void image_written(GLuint name);  // a texture or renderbuffer was written by other means than drawing
+    void image_written(GLuint name);  // a texture or renderbuffer is written by other means than drawing
+    void storing_images();            // the same of all that shaders may write now
 
     // Makes the images that a foveated framebuffer will need, as far as its attachments are known.
     enum class Reserved { yes, no_memory, never };  // never: its images cannot be foveated

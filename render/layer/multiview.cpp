@@ -254,12 +254,14 @@ void GL_APIENTRY layer_glDispatchCompute(GLuint x, GLuint y, GLuint z) {
     Context* c = engaged();
     if (!c) return gl.DispatchCompute(x, y, z);
     c->before_finish(Call::DispatchCompute);
+    c->storing_images();
     c->for_each_view([=] { gl.DispatchCompute(x, y, z); });
 }
 void GL_APIENTRY layer_glDispatchComputeIndirect(GLintptr indirect) {
     Context* c = engaged();
     if (!c) return gl.DispatchComputeIndirect(indirect);
     c->before_finish(Call::DispatchComputeIndirect);
+    c->storing_images();
     c->for_each_view([=] { gl.DispatchComputeIndirect(indirect); });
 }
 

@@ -136,6 +136,15 @@ void GL_APIENTRY layer_glDeleteTextures(GLsizei n, const GLuint* textures) {
     gl.DeleteTextures(n, textures);
 }
 
+void GL_APIENTRY layer_glCopyImageSubData(GLuint source, GLenum source_target, GLint source_level, GLint sx, GLint sy, GLint sz, GLuint to,
+                                          GLenum to_target, GLint to_level, GLint x, GLint y, GLint z, GLsizei w, GLsizei h, GLsizei d) {
+    if (Context* c = engaged()) {
+        c->before_finish(Call::CopyImageSubData);
+        c->image_written(to);
+    }
+    gl.CopyImageSubData(source, source_target, source_level, sx, sy, sz, to, to_target, to_level, x, y, z, w, h, d);
+}
+
 // The framebuffer that is read has pending draws, or is incomplete by the rules of the extensions.
 static Context* before_read(Call call, bool* allowed) {
     Context* c = engaged();

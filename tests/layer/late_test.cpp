@@ -525,4 +525,33 @@ TEST_F(Late, AThousandFramebuffers) {
     EXPECT_GL(GL_NO_ERROR);
 }
 
+// What is written into the image by other means than drawing stays, though the levels of the pass know nothing of it.
+TEST_F(Late, CopiesAndStoresIntoTheImageOfAPassStay) {
+    const GLuint store = link({{GL_COMPUTE_SHADER, "#version 310 es\nlayout(local_size_x = 8, local_size_y = 8) in; layout(rgba8, binding = 0) writeonly uniform highp image2D image;\n"
+                                                  "void main() { imageStore(image, ivec2(gl_GlobalInvocationID.xy), vec4(0, 1, 0, 1)); }"}});
+    const GLuint green = texture(256, 256);
+    const std::vector<Rgba> pixels(256 * 256, kGreen);
+    glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, 256, 256, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
+    for (const bool by_copy : {true, false}) {
+        const Surface s = foveated();
+        focus(s, 0, 0, 12);
+        draw_triangle(-1, -1, 4, 0, {1, 0, 0, 1});
+        glFlush();
+        if (by_copy) {
+            glCopyImageSubData(green, GL_TEXTURE_2D, 0, 0, 0, 0, s.color, GL_TEXTURE_2D, 0, 0, 0, 0, 256, 256, 1);
+        } else {
+            glUseProgram(store);
+            glBindImageTexture(0, s.color, 0, GL_FALSE, 0, GL_WRITE_ONLY, GL_RGBA8);
+            glDispatchCompute(32, 32, 1);
+            glMemoryBarrier(GL_FRAMEBUFFER_BARRIER_BIT);
+        }
+        draw_triangle(-0.2f, -0.2f, 0.6f, 0, {0, 0, 1, 1});
+        const Picture p = read(s);
+        EXPECT_EQ(p.at(3, 3), kGreen) << by_copy;
+        EXPECT_EQ(p.at(250, 250), kGreen) << by_copy;
+        EXPECT_EQ(p.at(128, 128), kBlue) << by_copy;
+        EXPECT_GL(GL_NO_ERROR);
+    }
+}
+
 }  // namespace fovea::layer_test
