@@ -38,6 +38,7 @@ public:
 
     // `raw` already holds the newest sample.
     const Classified& update(const History& raw) noexcept;
+    [[nodiscard]] const Classified& now() const noexcept { return now_; }
     // After a gap: the motion is forgotten, the tracker's noise is not.
     [[gnu::noinline]] void forget_motion() noexcept;
     // For a new source.

@@ -48,7 +48,7 @@ void EyeLine::reset() noexcept {
 }
 
 void EyeLine::forget_motion() noexcept {
-    unjudged_ = false;
+    unjudged_ = unforeseen_ = false;
     raw_.clear();
     shown_.clear();
     classifier_.forget_motion();
@@ -58,7 +58,12 @@ void EyeLine::forget_motion() noexcept {
 }
 
 void EyeLine::settle() noexcept {
-    if (std::exchange(unjudged_, false)) judge_.observe(raw_.time_ns(0), raw_.direction(0));
+    if (!std::exchange(unjudged_, false)) return;
+    if (std::exchange(unforeseen_, false)) {
+        predictor_.update({raw_, classifier_.now(), features_, net_, Phase::quiet, filtered_}, ahead_);
+        judge_.complete(ahead_);
+    }
+    judge_.observe(raw_.time_ns(0), raw_.direction(0));
 }
 
 void EyeLine::stand_in_for(const EyeLine& other, Instant exposed, const EyeState& eye, Vec3<HeadFrame> head_rad_s) noexcept {
@@ -71,8 +76,9 @@ void EyeLine::stand_in_for(const EyeLine& other, Instant exposed, const EyeState
     filter_ = other.filter_;
     predictor_ = other.predictor_;
     ahead_ = other.ahead_;
-    unjudged_ = false;
+    unjudged_ = unforeseen_ = false;
     motion_ = other.motion_;
+    judge_.believe_as(other.judge_);
     other.judge_.prefetch();
     update(exposed, eye, head_rad_s);
 }
@@ -113,7 +119,8 @@ void EyeLine::use(Instant exposed, Direction<HeadFrame> gaze_dir_head, Vec3<Head
     const Classified& now = classifier_.update(raw_);
     const bool lid = now.lid && now.event == GazeEvent::saccade;
     const Direction<HeadFrame> smooth = filter_.update(t, gaze_dir_head, now);
-    const Plane filtered(lid ? now.start_dir_head : smooth);
+    filtered_ = Plane(lid ? now.start_dir_head : smooth);
+    const Plane& filtered = filtered_;
     shown_.push(t, filtered.at);
     predict(t, filtered, now, head_rad_s);
 
@@ -127,16 +134,17 @@ void EyeLine::use(Instant exposed, Direction<HeadFrame> gaze_dir_head, Vec3<Head
 }
 
 void EyeLine::predict(std::int64_t t, const Plane& filtered, const Classified& now, Vec3<HeadFrame> head_rad_s) noexcept {
-    const MotionFeatures features = motion_features(raw_, now.fast_rad_s);
-    const NetInput net = net_input(features, now.noise_deg_s,
-                                   now.any_saccade ? static_cast<double>(t - now.onset_ns) * 1e-6 : kLongAgo_ms);
-    Phase phase = phase_of(now, features, t);
+    features_ = motion_features(raw_, now.fast_rad_s);
+    net_ = net_input(features_, now.noise_deg_s, now.any_saccade ? static_cast<double>(t - now.onset_ns) * 1e-6 : kLongAgo_ms);
+    Phase phase = phase_of(now, features_, t);
     const bool still = phase == Phase::quiet || phase == Phase::stirring || phase == Phase::pursuit;
     if (still && predictor_.adaptive() && dot(head_rad_s, head_rad_s) > kHeadTurns_rad_s * kHeadTurns_rad_s) phase = Phase::turning;
-    predictor_.update({raw_, now, features, net, phase, filtered, head_rad_s}, ahead_);
     const bool lid = now.lid && now.event == GazeEvent::saccade;
-    if (lid) ahead_.du_rad.fill(0), ahead_.dv_rad.fill(0);
-    const NetRadii radii = net_radii(net);
+    // In most fixations nothing that the network says proved worth believing: then it is asked after publication, to learn.
+    unforeseen_ = !lid && predictor_.adaptive() && phase != Phase::turning && judge_.holds(phase);
+    if (!unforeseen_) predictor_.update({raw_, now, features_, net_, phase, filtered, head_rad_s}, ahead_);
+    if (lid || unforeseen_) ahead_.du_rad.fill(0), ahead_.dv_rad.fill(0);
+    const NetRadii radii = net_radii(net_);
     for (std::size_t h = 0; h < kHorizonLanes; h += 4) {
         store_four(&ahead_.radius68_rad[h], at_most(load_four(&radii.r68_deg[h]) * kOneDegree_rad, kWidest_rad));
         store_four(&ahead_.radius95_rad[h], at_most(load_four(&radii.r95_deg[h]) * kOneDegree_rad, kWidest_rad));

@@ -53,6 +53,10 @@ private:
     SelfJudge judge_;
     Ahead ahead_{};
     bool unjudged_ = false;   // the newest sample of raw_ has yet to be held against what was foreseen
+    bool unforeseen_ = false; // nor has the predictor been asked yet: nothing of its answer was to be shown
+    MotionFeatures features_;
+    NetInput net_{};
+    Plane filtered_;
     EyeMotion motion_;
     std::uint64_t blinks_ = 0, losses_ = 0;
 };

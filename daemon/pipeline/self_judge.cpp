@@ -30,6 +30,7 @@ void SelfJudge::set_choice(Learned& learned, std::size_t h, std::size_t choice) 
     learned.choice[h] = static_cast<std::uint8_t>(choice);
     learned.share[h] = static_cast<float>(kShares[choice % kShares.size()]);
     learned.from_raw[h] = choice < kShares.size() ? 0.0f : 1.0f;
+    learned.none = std::ranges::all_of(learned.share, [](float share) { return share == 0; });
 }
 
 void SelfJudge::reset() noexcept {
@@ -119,10 +120,18 @@ void SelfJudge::prefetch() const noexcept {
     ask(&ring_[noted_ % kPending], sizeof(Pending));
 }
 
+void SelfJudge::complete(const Ahead& ahead) noexcept {
+    if (!remembered_) return;
+    Pending& p = ring_[(noted_ - 1) % kPending];
+    p.full_u_rad = ahead.du_rad;
+    p.full_v_rad = ahead.dv_rad;
+}
+
 void SelfJudge::apply(std::int64_t t_ns, Direction<HeadFrame> filtered, Phase phase, Ahead& ahead) noexcept {
     const Learned& learned = learned_[static_cast<std::size_t>(phase)];
     const bool remember = noted_ == 0 || next_[0] == noted_ || t_ns - ring_[(noted_ - 1) % kPending].t_ns >= kSpacing_ns;
     Pending& p = ring_[noted_ % kPending];
+    remembered_ = remember;
     if (remember) {
         ++noted_;
         p.t_ns = t_ns;

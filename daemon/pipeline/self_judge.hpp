@@ -45,6 +45,12 @@ public:
     [[gnu::noinline]] void observe(std::int64_t t_ns, Direction<HeadFrame> raw) noexcept;
     // Scales a prediction made now by belief and radius factors, and remembers it for judging.
     void apply(std::int64_t t_ns, Direction<HeadFrame> filtered, Phase phase, Ahead& ahead) noexcept;
+    // No share of any displacement is believed in this phase.
+    [[nodiscard]] bool holds(Phase phase) const noexcept { return learned_[static_cast<std::size_t>(phase)].none; }
+    // For a prediction that apply() was shown without its displacement, because it holds: what that would have been.
+    void complete(const Ahead& ahead) noexcept;
+    // From now on as `other` does, as far as apply() goes.
+    void believe_as(const SelfJudge& other) noexcept { learned_ = other.learned_; }
     // After a gap or blink: what was predicted across it will not be judged.
     [[gnu::noinline]] void forget_pending() noexcept;
     void reset() noexcept;
@@ -76,6 +82,7 @@ private:
     struct Learned {
         PerHorizon share, from_raw;               // of the choice; from_raw is 0 or 1
         PerHorizon factor68, factor95;
+        bool none;                                // all shares are 0
         std::array<std::uint8_t, kHorizonLanes> choice;
     };
     // ... and what it was learned from, which only observe() needs.
@@ -89,6 +96,7 @@ private:
 
     bool adaptive_;
     std::array<Pending, kPending> ring_{};
+    bool remembered_ = false;                      // the last apply() noted its prediction
     std::uint64_t noted_ = 0;                      // so many were ever noted; entry n lives at n % kPending
     std::array<std::uint64_t, kAhead> next_{};     // the next to be judged, per horizon
     std::array<Learned, kPhases> learned_{};

@@ -1,6 +1,7 @@
 #include "drivers/hid/eye_tracker.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -123,6 +124,7 @@ struct EyeTracker::State {
     const Report *gaze_format = nullptr, *status_format = nullptr;
     WrappingCounter counter;
     double width_m = 0, height_m = 0;  // of the screen; 0: not known
+    bool flips = false;                // a quirk turns an axis round
     std::int64_t tick_ns = 0;          // of the timestamp, where that is a whole number; else 0
 
     // The nearest enclosing collection's usage on the tracker's page that is one of the table's (0: none).
@@ -254,6 +256,7 @@ struct EyeTracker::State {
     }
 
     Point turned(Point p) const noexcept {
+        if (!flips) [[likely]] return p;
         if (quirks.flip_x) p.x = width_m - p.x;
         if (quirks.flip_y) p.y = height_m - p.y;
         if (quirks.flip_z) p.z = -p.z;
@@ -271,13 +274,25 @@ struct EyeTracker::State {
 
     bool listed(std::uint16_t point, std::span<const std::uint8_t> payload) const noexcept { return present == nullptr || named(point, payload); }
 
+    // What a triple's fields say; a field that is not known or says nothing is not ok.
+    struct Taken {
+        std::array<double, 3> value{};
+        std::array<bool, 3> ok{}, zero{};
+    };
+    void take(const Triple& t, std::span<const std::uint8_t> payload, Taken& taken) const noexcept {
+        const std::array<const Axis*, 3> axes = {&t.x, &t.y, &t.z};
+        for (std::size_t i = 0; i < 3; ++i) taken.ok[i] = read(*axes[i], payload, taken.value[i], taken.zero[i]);
+    }
     // A position in space needs all three coordinates; (0, 0, 0) lies on the glass and means "not seen".
-    [[nodiscard]] std::optional<Point> eye_position(const Triple& t, std::span<const std::uint8_t> payload) const noexcept {
-        Point p;
-        bool zx = false, zy = false, zz = false;
-        if (!read(t.x, payload, p.x, zx) || !read(t.y, payload, p.y, zy) || !read(t.z, payload, p.z, zz)) return std::nullopt;
-        if (zx && zy && zz) return std::nullopt;
-        return turned(p);
+    [[nodiscard]] std::optional<Point> position(const Taken& t) const noexcept {
+        if (!t.ok[0] || !t.ok[1] || !t.ok[2] || (t.zero[0] && t.zero[1] && t.zero[2])) return std::nullopt;
+        return turned({t.value[0], t.value[1], t.value[2]});
+    }
+    [[gnu::noinline]] std::optional<Point> head_position(std::span<const std::uint8_t> payload) const noexcept {
+        if (!listed(usage::kHeadPosition, payload)) return std::nullopt;
+        Taken t;
+        take(head, payload, t);
+        return position(t);
     }
 
     [[gnu::noinline]] void decode_head(std::span<const std::uint8_t> payload, GazeSample& out) const noexcept {
@@ -298,34 +313,30 @@ struct EyeTracker::State {
 
     void decode_gaze(std::span<const std::uint8_t> payload, GazeSample& out) const noexcept {
         for (EyeState& e : out.eyes) e = {};
-        Point target;
-        bool zx = false, zy = false, zz = false;
         if (!listed(usage::kGazePoint, payload)) return;
-        if (!read(gaze.x, payload, target.x, zx) || !read(gaze.y, payload, target.y, zy)) return;
-        if (gaze.z.known && !read(gaze.z, payload, target.z, zz)) return;
-        target = turned(target);
+        // In loops, so that the code for one field and for one ray is there once (EyeLine::update() says why).
+        const std::array<const Triple*, 3> triples = {&gaze, &left_eye, &right_eye};
+        std::array<Taken, 3> taken;
+        for (std::size_t i = 0; i < 3; ++i) take(*triples[i], payload, taken[i]);
+        const Taken& point = taken[0];
+        if (!point.ok[0] || !point.ok[1] || (gaze.z.known && !point.ok[2])) return;
+        const Point target = turned({point.value[0], point.value[1], point.value[2]});
         std::optional<Point> left, right;
-        if (listed(usage::kLeftEyePosition, payload)) left = eye_position(left_eye, payload);
-        if (listed(usage::kRightEyePosition, payload)) right = eye_position(right_eye, payload);
+        if (listed(usage::kLeftEyePosition, payload)) left = position(taken[1]);
+        if (listed(usage::kRightEyePosition, payload)) right = position(taken[2]);
         const bool has_eyes = left_eye.x.field != nullptr || right_eye.x.field != nullptr;
-        if (!left && !right && (has_eyes || (zx && zy))) return;
+        if (!left && !right && (has_eyes || (point.zero[0] && point.zero[1]))) return;
 
         Point origin;
         if (left && right)
             origin = {(left->x + right->x) / 2, (left->y + right->y) / 2, (left->z + right->z) / 2};
         else if (left || right)
             origin = left ? *left : *right;
-        else if (const auto h = listed(usage::kHeadPosition, payload) ? eye_position(head, payload) : std::nullopt)
-            origin = *h;
         else
-            origin = {width_m / 2, height_m / 2, settings.viewing_distance_m};
-        const auto fill = [&](Eye eye, const Point& from) {
-            EyeState& e = out.eye(eye);
-            e.gaze_dir_head = ray(from, target, e.valid);
-        };
-        fill(Eye::combined, origin);
-        if (left) fill(Eye::left, *left);
-        if (right) fill(Eye::right, *right);
+            origin = head_position(payload).value_or(Point{width_m / 2, height_m / 2, settings.viewing_distance_m});
+        const std::array<const Point*, kEyeCount> from = {&origin, left ? &*left : nullptr, right ? &*right : nullptr};   // by Eye
+        for (std::size_t i = 0; i < kEyeCount; ++i)
+            if (from[i] != nullptr) out.eyes[i].gaze_dir_head = ray(*from[i], target, out.eyes[i].valid);
     }
 
     void set_screen() noexcept {
@@ -397,6 +408,7 @@ Result<EyeTracker> EyeTracker::create(std::span<const std::uint8_t> report_descr
     auto s = std::make_unique<State>();
     s->descriptor = std::move(*parsed);
     s->quirks = quirks;
+    s->flips = quirks.flip_x || quirks.flip_y || quirks.flip_z;
     s->settings = screen;
     const ReportDescriptor& d = s->descriptor;
     for (std::size_t c = 0; c < d.collections.size() && s->tracker < 0; ++c)

@@ -151,6 +151,37 @@ TEST(SelfJudge, StopsBelievingInWhatProvesWrongAndGoesOnInWhatProvesRight) {
     }
 }
 
+// While nothing of a displacement is believed, it may be told later: shown and learned is the same.
+TEST(SelfJudge, LearnsTheSameFromADisplacementToldAfterwards) {
+    SelfJudge at_once(true), afterwards(true);
+    int held = 0, believed = 0;
+    double x = 0;
+    for (int i = 0; i < 12'000; ++i) {
+        const bool moves = i / 3000 % 2 == 1;   // rests, drifts, rests, drifts
+        x += moves ? 0.02 : 0;
+        at_once.observe(i * kMs, at_deg(x, 0));
+        afterwards.observe(i * kMs, at_deg(x, 0));
+        Ahead full;
+        for (std::size_t h = 0; h < kAhead; ++h) full.du_rad[h] = static_cast<float>(20 * kDegree * static_cast<double>(kHorizons_ns[h + 1]) * 1e-9);
+        full.radius68_rad.fill(0.01f);
+        full.radius95_rad.fill(0.02f);
+        Ahead a = full, b = full;
+        at_once.apply(i * kMs, at_deg(x, 0), Phase::quiet, a);
+        const bool holds = afterwards.holds(Phase::quiet);
+        if (holds) b.du_rad.fill(0);
+        afterwards.apply(i * kMs, at_deg(x, 0), Phase::quiet, b);
+        if (holds) afterwards.complete(full);
+        (holds ? held : believed) += 1;
+        for (std::size_t h = 0; h < kAhead; ++h) {
+            ASSERT_EQ(a.du_rad[h], b.du_rad[h]) << i;
+            ASSERT_EQ(a.radius68_rad[h], b.radius68_rad[h]) << i;
+            ASSERT_EQ(at_once.belief(Phase::quiet, h).share, afterwards.belief(Phase::quiet, h).share) << i;
+        }
+    }
+    EXPECT_GT(held, 200);
+    EXPECT_GT(believed, 200);
+}
+
 TEST(SelfJudge, RadiiComeToHoldWhatTheySay) {
     for (const float stated : {0.0002f, 0.05f}) {  // far too narrow and far too wide for a noise of 0.1 degrees
         SelfJudge judge(true);
