@@ -94,6 +94,7 @@ struct ViewAttachment {
     std::vector<GLuint> images;
     GLenum format = 0;
     GLint width = 0, height = 0;  // of the images
+    bool stale = false;           // the array was written since
     [[nodiscard]] bool same_as(const ViewAttachment& o) const noexcept {
         return texture == o.texture && level == o.level && base == o.base && views == o.views && samples == o.samples;
     }
@@ -105,7 +106,6 @@ struct Framebuffer {
     std::deque<Pass> more;                   // of the others, when they are foveated
     std::map<GLenum, ViewAttachment> views;  // by attachment point; empty: not multiview
     bool samples_dirty = false;              // drawn to since they were resolved
-    bool samples_stale = false;              // the arrays were written since
     [[nodiscard]] bool has_samples() const noexcept;
     [[nodiscard]] ViewAttachment& samples_of(GLenum point);  // whose images the point has
     [[nodiscard]] Pass& pass_of(GLuint view) {
@@ -328,6 +328,7 @@ private:
     void unbind_view_samples(GLenum samples_target, GLenum layer_target, GLenum point);
     void resolve_samples(Framebuffer& f);
     void load_samples(Framebuffer& f);
+    void load_samples(GLenum point, ViewAttachment& a);
     void samples_overwritten(GLuint texture, GLuint by_framebuffer = 0);
     void note_shared_samples();  // the framebuffer bound for drawing has an array that another draws with samples
     void run_native(bool clears_only = false);

@@ -59,8 +59,7 @@ void Context::submit(Call call) {
     count(stats.submitted_by[static_cast<unsigned>(call)]);
     const Batch batch = batch_;
     if (Framebuffer* f = find_framebuffer(draw_framebuffer_); f && f->has_samples()) {
-        if (f->samples_stale && !(batch_.color_cleared && !batch_.needs_depth)) load_samples(*f);
-        f->samples_stale = false;
+        load_samples(*f);
         f->samples_dirty = true;
     }
     for (GLuint view = 0; view < target_.views; ++view) {

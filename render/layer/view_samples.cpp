@@ -8,6 +8,7 @@
 // Samples stay beyond a resolve (the extension lets an implementation drop them). No driver can do this with
 // GL_EXT_multisampled_render_to_texture, which attaches no layer of an array.
 #include <algorithm>
+#include <utility>
 
 #include "render/layer/context.hpp"
 
@@ -91,7 +92,7 @@ void Context::make_samples(Framebuffer& f, GLenum target) {
                 gl.GetRenderbufferParameteriv(GL_RENDERBUFFER, GL_RENDERBUFFER_SAMPLES, &a.actual_samples);
                 if (gl.GetError() != GL_NO_ERROR) drop_samples(a);  // not renderable: the driver says so of the array itself
             }
-            f.samples_stale = true;
+            a.stale = true;
         }
         if (a.images.empty())
             gl.FramebufferTextureLayer(target, point, attached.texture, attached.level, attached.base);
@@ -139,47 +140,57 @@ void Context::resolve_samples(Framebuffer& f) {
     drop_errors();
 }
 
-// Every sample of a pixel gets what the layer holds. Stencil cannot be written so: it keeps its samples.
+// What the pending draws go on with; stencil cannot be written so, and keeps its samples.
 void Context::load_samples(Framebuffer& f) {
-    f.samples_stale = false;
-    keep_driver_error();
-    if (!own_.ready()) return;
+    bool ready = false;
     Undo own;
-    save_for_own_drawing(own);
-    set_for_own_drawing();
-    for (auto& [point, attached] : f.views) {
-        ViewAttachment& a = f.samples_of(point);
-        if (attached.samples == 0 || a.images.empty() || point == GL_STENCIL_ATTACHMENT) continue;
-        const bool depth = point == GL_DEPTH_ATTACHMENT;
-        const char kind = depth ? 'd' : fetch_kind(a.format);
-        GLuint copy = 0;  // shaders of the layer's read textures without layers
-        gl.GenTextures(1, &copy);
-        gl.BindTexture(GL_TEXTURE_2D, copy);
-        gl.TexStorage2D(GL_TEXTURE_2D, 1, a.format, a.width, a.height);
-        gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-        gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-        for (GLint view = 0; view < a.views; ++view) {
-            bind_view_samples(GL_DRAW_FRAMEBUFFER, GL_READ_FRAMEBUFFER, point, a, view);
-            gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, own_.copy_framebuffer());
-            const GLenum to = depth ? GL_DEPTH_ATTACHMENT : GL_COLOR_ATTACHMENT0;
-            gl.FramebufferTexture2D(GL_DRAW_FRAMEBUFFER, to, GL_TEXTURE_2D, copy, 0);
-            gl.BlitFramebuffer(0, 0, a.width, a.height, 0, 0, a.width, a.height, buffer_of(point), GL_NEAREST);
-            gl.FramebufferRenderbuffer(GL_DRAW_FRAMEBUFFER, to, GL_RENDERBUFFER, 0);
-            gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, sample_framebuffers_[0]);
-            if (depth) {
-                gl.Enable(GL_DEPTH_TEST);
-                gl.DepthFunc(GL_ALWAYS);
-                gl.DepthMask(GL_TRUE);
-            }
-            gl.Viewport(0, 0, a.width, a.height);
-            own_.draw_copy(copy, kind, a.width, a.height);
-            if (depth) gl.Disable(GL_DEPTH_TEST);
-            unbind_view_samples(GL_DRAW_FRAMEBUFFER, GL_READ_FRAMEBUFFER, point);
+    for (auto& [point, a] : f.views) {
+        const GLbitfield buffer = buffer_of(point);
+        const bool cleared = buffer == GL_COLOR_BUFFER_BIT ? batch_.color_cleared : buffer == GL_DEPTH_BUFFER_BIT ? batch_.depth_cleared : true;
+        if (!std::exchange(a.stale, false) || cleared || a.images.empty()) continue;
+        if (!ready) {
+            keep_driver_error();
+            if (!own_.ready()) return;
+            ready = true;
+            save_for_own_drawing(own);
+            set_for_own_drawing();
         }
-        gl.DeleteTextures(1, &copy);
+        load_samples(point, a);
     }
+    if (!ready) return;
     own.restore();
     drop_errors();
+}
+
+// Every sample of a pixel gets what the layer holds.
+void Context::load_samples(GLenum point, ViewAttachment& a) {
+    const bool depth = point == GL_DEPTH_ATTACHMENT;
+    const char kind = depth ? 'd' : fetch_kind(a.format);
+    GLuint copy = 0;  // shaders of the layer's read textures without layers
+    gl.GenTextures(1, &copy);
+    gl.BindTexture(GL_TEXTURE_2D, copy);
+    gl.TexStorage2D(GL_TEXTURE_2D, 1, a.format, a.width, a.height);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+    gl.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+    if (depth) {
+        gl.Enable(GL_DEPTH_TEST);
+        gl.DepthFunc(GL_ALWAYS);
+        gl.DepthMask(GL_TRUE);
+    }
+    for (GLint view = 0; view < a.views; ++view) {
+        bind_view_samples(GL_DRAW_FRAMEBUFFER, GL_READ_FRAMEBUFFER, point, a, view);
+        gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, own_.copy_framebuffer());
+        const GLenum to = depth ? GL_DEPTH_ATTACHMENT : GL_COLOR_ATTACHMENT0;
+        gl.FramebufferTexture2D(GL_DRAW_FRAMEBUFFER, to, GL_TEXTURE_2D, copy, 0);
+        gl.BlitFramebuffer(0, 0, a.width, a.height, 0, 0, a.width, a.height, buffer_of(point), GL_NEAREST);
+        gl.FramebufferRenderbuffer(GL_DRAW_FRAMEBUFFER, to, GL_RENDERBUFFER, 0);
+        gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, sample_framebuffers_[0]);
+        gl.Viewport(0, 0, a.width, a.height);
+        own_.draw_copy(copy, kind, a.width, a.height);
+        unbind_view_samples(GL_DRAW_FRAMEBUFFER, GL_READ_FRAMEBUFFER, point);
+    }
+    if (depth) gl.Disable(GL_DEPTH_TEST);
+    gl.DeleteTextures(1, &copy);
 }
 
 // The array was written by other means than drawing to this framebuffer.
@@ -189,7 +200,8 @@ void Context::samples_overwritten(GLuint texture, GLuint by_framebuffer) {
         if (std::none_of(f.views.begin(), f.views.end(), [texture](const auto& v) { return v.second.samples > 0 && v.second.texture == texture; })) continue;
         f.each_pass([this](Pass& p) { resolve(p), p.mode = Pass::Mode::none; });
         resolve_samples(f);
-        f.samples_stale = true;
+        for (auto& [point, a] : f.views)
+            if (a.texture == texture) f.samples_of(point).stale = true;
     }
 }
 

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <random>
 
 namespace fovea::layer_test {
 
@@ -287,6 +289,134 @@ TEST_F(ViewSamples, FoveatedViewsHaveSamplesAtEveryLevel) {
         }
     }
     EXPECT_GL(GL_NO_ERROR);
+}
+
+// Random sequences against the driver's own samples, one framebuffer per view, put into the layers of another array by hand.
+class RandomViewSamples : public ViewSamples {
+protected:
+    struct Plain {
+        std::array<GLuint, kViews> framebuffers{};
+        GLuint array = 0, reader = 0;
+    };
+    Plain make_plain() {
+        Plain p;
+        p.array = make_array(GL_RGBA8);
+        glGenFramebuffers(kViews, p.framebuffers.data());
+        glGenFramebuffers(1, &p.reader);
+        for (const GLuint name : p.framebuffers) {
+            GLuint buffers[2];
+            glGenRenderbuffers(2, buffers);
+            glBindFramebuffer(GL_FRAMEBUFFER, name);
+            for (int i = 0; i < 2; ++i) {
+                glBindRenderbuffer(GL_RENDERBUFFER, buffers[i]);
+                glRenderbufferStorageMultisample(GL_RENDERBUFFER, kSamples, i == 0 ? GL_RGBA8 : GL_DEPTH_COMPONENT24, kSize, kSize);
+                glFramebufferRenderbuffer(GL_FRAMEBUFFER, i == 0 ? GL_COLOR_ATTACHMENT0 : GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, buffers[i]);
+            }
+        }
+        return p;
+    }
+    void resolve(const Plain& p, int view) {
+        const GLboolean scissor = glIsEnabled(GL_SCISSOR_TEST);
+        glDisable(GL_SCISSOR_TEST);
+        glBindFramebuffer(GL_READ_FRAMEBUFFER, p.framebuffers[static_cast<std::size_t>(view)]);
+        glBindFramebuffer(GL_DRAW_FRAMEBUFFER, p.reader);
+        glFramebufferTextureLayer(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, p.array, 0, view);
+        glBlitFramebuffer(0, 0, kSize, kSize, 0, 0, kSize, kSize, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+        if (scissor) glEnable(GL_SCISSOR_TEST);
+    }
+    // Every sample of a pixel becomes what the layer holds.
+    void load(const Plain& p, int view) {
+        glBindFramebuffer(GL_FRAMEBUFFER, p.framebuffers[static_cast<std::size_t>(view)]);
+        for (const GLenum cap : {GL_DEPTH_TEST, GL_BLEND, GL_SCISSOR_TEST}) glDisable(cap);
+        glUseProgram(loader);
+        glBindTexture(GL_TEXTURE_2D_ARRAY, p.array);
+        glUniform1i(glGetUniformLocation(loader, "view"), view);
+        glDrawArrays(GL_TRIANGLES, 0, 3);
+    }
+    GLuint loader = 0;
+};
+
+TEST_F(RandomViewSamples, AreThePlainDrivers) {
+    loader = program(kCoverVertex, "#version 300 es\nprecision highp float; precision highp sampler2DArray; uniform sampler2DArray views; uniform int view; out vec4 c;\n"
+                                   "void main() { c = texelFetch(views, ivec3(gl_FragCoord.xy, view), 0); }");
+    const char* many = std::getenv("FOVEA_LAYER_SEEDS");
+    const char* from = std::getenv("FOVEA_LAYER_FIRST_SEED");
+    const unsigned first = from ? static_cast<unsigned>(std::atoi(from)) : 1, count = many ? static_cast<unsigned>(std::atoi(many)) : 6;
+    for (unsigned seed = first; seed < first + count; ++seed) {
+        std::mt19937 random(seed);
+        const auto pick = [&random](unsigned n) { return static_cast<int>(random() % n); };
+        make_views();
+        const Plain plain = make_plain();
+        bool written = false, blend = false, scissor = false;  // written: the arrays, by other means
+        const auto state = [&](bool on) {
+            glEnable(GL_DEPTH_TEST);
+            blend && on ? glEnable(GL_BLEND) : glDisable(GL_BLEND);
+            scissor && on ? glEnable(GL_SCISSOR_TEST) : glDisable(GL_SCISSOR_TEST);
+        };
+        glBlendFunc(GL_ONE, GL_ONE);
+        const auto on_both = [&](GLbitfield clears, float turn, bool draws) {
+            state(true);
+            glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+            if (clears) glClear(clears);
+            if (draws) draw_views(turn);
+            for (int view = 0; view < kViews; ++view) {
+                if (written && !((clears & GL_COLOR_BUFFER_BIT) && !scissor)) load(plain, view);
+                state(true);
+                glBindFramebuffer(GL_FRAMEBUFFER, plain.framebuffers[static_cast<std::size_t>(view)]);
+                if (clears) glClear(clears);
+                glUseProgram(one_program);
+                glUniform1ui(glGetUniformLocation(one_program, "VIEW"), static_cast<GLuint>(view));
+                if (draws) draw(one_program, turn);
+            }
+            written = false;
+        };
+        on_both(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT, 0, true);
+        for (int step = 0; step < 24; ++step) {
+            const float turn = static_cast<float>(pick(100)) / 100;
+            const int kind = pick(9), view = pick(kViews), x = pick(kSize - 8), y = pick(kSize - 8);
+            glClearColor(static_cast<float>(pick(16)) / 15, static_cast<float>(pick(16)) / 15, static_cast<float>(pick(16)) / 15, 1);
+            switch (kind) {
+                case 0: on_both(GL_COLOR_BUFFER_BIT, turn, pick(2) == 0); break;
+                case 1: on_both(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT, turn, pick(2) == 0); break;
+                case 2: on_both(GL_DEPTH_BUFFER_BIT, turn, pick(2) == 0); break;
+                case 3: case 4: on_both(0, turn, true); break;
+                case 5: pick(2) ? glFlush() : glFinish(); break;
+                case 6: blend = pick(2) == 0; break;
+                case 7:
+                    scissor = pick(2) == 0;
+                    glScissor(x, y, 20, 30);
+                    break;
+                default: {  // an upload, or another framebuffer's clear
+                    const bool upload = pick(2) == 0;
+                    const std::vector<Rgba> pixels(64, Rgba{static_cast<std::uint8_t>(pick(256)), 7, 9, 255});
+                    for (int v = 0; !written && v < kViews; ++v) resolve(plain, v);
+                    state(false);
+                    for (const GLuint array : {color, plain.array}) {
+                        if (upload) {
+                            glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+                            glBindTexture(GL_TEXTURE_2D_ARRAY, array);
+                            glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, x, y, view, 8, 8, 1, GL_RGBA, GL_UNSIGNED_BYTE, pixels.data());
+                        } else {
+                            glBindFramebuffer(GL_FRAMEBUFFER, plain.reader);
+                            glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, array, 0, view);
+                            glEnable(GL_SCISSOR_TEST);
+                            glScissor(x, y, 11, 13);
+                            glClear(GL_COLOR_BUFFER_BIT);
+                            glDisable(GL_SCISSOR_TEST);
+                        }
+                    }
+                    written = true;
+                    break;
+                }
+            }
+        }
+        glDisable(GL_SCISSOR_TEST);
+        for (int view = 0; view < kViews; ++view) {
+            if (!written) resolve(plain, view);
+            ASSERT_TRUE(read_layer(color, view) == read_layer(plain.array, view)) << "seed " << seed << " view " << view;
+        }
+        EXPECT_GL(GL_NO_ERROR);
+    }
 }
 
 }  // namespace fovea::layer_test
