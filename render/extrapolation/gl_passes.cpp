@@ -72,7 +72,7 @@ void GlPasses::release_images() noexcept {
         for (GLuint& t : l.back) drop(t);
     }
     levels_.clear();
-    for (GLuint* t : {&tiles_, &blocks_, &counts_, &verdict_, &background_}) drop(*t);
+    for (GLuint* t : {&key_columns_, &key_, &tiles_, &blocks_, &counts_, &verdict_, &background_}) drop(*t);
     for (GLuint& t : spans_) drop(t);
     for (GLuint& t : dense_) drop(t);
     regions_.release();
@@ -111,6 +111,8 @@ bool GlPasses::prepare(int width_px, int height_px) noexcept {
     }
     const Level& finest = levels_[0];
     regions_.resize(width_px, height_px, finest.width, finest.height, static_cast<int>(levels_.size()), compute_);
+    key_columns_ = runner_.make_image(64, 1);
+    key_ = runner_.make_image(1, 1);
     tiles_ = make_padded((width_px + 15) / 16, (height_px + 15) / 16);
     blocks_ = runner_.make_image((finest.width + 7) / 8, (finest.height + 7) / 8);
     counts_ = runner_.make_image(1, (finest.height + 7) / 8);
@@ -160,6 +162,16 @@ Over GlPasses::patches_of(std::size_t level) const noexcept {
 void GlPasses::make_levels(GLuint near, GLuint far, Format format) noexcept {
     GlRunner& r = runner_;
     const Level& finest = levels_[0];
+    if (is_float(format)) {
+        r.use(Kernel::key_columns);
+        r.bind(0, near);
+        r.set_size(width_px_, height_px_);
+        r.pass(Kernel::key_columns, key_columns_, 64, 1, over_all_if_any());
+        r.use(Kernel::key);
+        r.bind(0, key_columns_);
+        r.pass(Kernel::key, key_, 1, 1, over_all_if_any());
+    }
+    r.bind(2, key_);
     for (const bool is_near : {true, false}) {
         r.use(is_near ? Kernel::near_luma : Kernel::far_luma);
         r.bind(0, is_near ? near : far);

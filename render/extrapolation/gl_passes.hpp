@@ -71,7 +71,7 @@ private:
     GlRegions regions_;
     bool compute_ = false;
     int cell_px_ = 4;
-    GLuint tiles_ = 0, blocks_ = 0, counts_ = 0, verdict_ = 0, background_ = 0, spans_[2] = {}, dense_[3] = {};   // dense: per cell
+    GLuint key_columns_ = 0, key_ = 0, tiles_ = 0, blocks_ = 0, counts_ = 0, verdict_ = 0, background_ = 0, spans_[2] = {}, dense_[3] = {};   // dense: per cell
     std::vector<Level> levels_;
     int width_px_ = 0, height_px_ = 0;
     bool float_outputs_ = false;

@@ -73,16 +73,43 @@ inline constexpr const char* kCopy = R"(
 vec4 kernel(ivec2 at) { return texelFetch(image0, at, 0); }
 )";
 
-// Luma of a cell of image0, 0 to 255. `reach` 1: float pictures, mapped to x / (1 + x). `rounds` 1: one channel, taken as grey.
+// The key of a float picture, that is the geometric mean of its positive luma, as luma_key() of sources.hpp takes it: of a
+// column of 64 samples, x the mean of the logarithms to base 2 and y of how many; then of all of them. image0: the picture, then
+// those; size: of the picture.
+inline constexpr const char* kKeyColumns = R"(//K key columns
+vec4 kernel(ivec2 at) {
+    vec2 sum = vec2(0.0);
+    for (int k = 0; k < 64; ++k) {
+        float l = dot(texelFetch(image0, ivec2(2 * at.x + 1, 2 * k + 1) * size / 128, 0).rgb, vec3(0.299, 0.587, 0.114));
+        if (l > 1e-30 && l < 1e38) sum += vec2(log2(l), 1.0);
+    }
+    return vec4(sum.x / max(sum.y, 1.0), sum.y, 0.0, 1.0);
+}
+)";
+inline constexpr const char* kKey = R"(//K key
+vec4 kernel(ivec2 at) {
+    vec2 sum = vec2(0.0);
+    for (int x = 0; x < 64; ++x) {
+        vec2 column = texelFetch(image0, ivec2(x, 0), 0).xy;
+        sum += vec2(column.x * column.y, column.y);
+    }
+    return vec4(sum.x / max(sum.y, 1.0));
+}
+)";
+
+// Luma of a cell of image0, 0 to 255. `reach` 1: float pictures, mapped to x / (key + x), image2: of kKey. `rounds` 1: one channel,
+// taken as grey.
 #define FOVEA_LUMA                                                                                                           \
+    "float key = 1.0;\n"                                                                                                     \
     "float luma(vec4 p) {\n"                                                                                                 \
     "    if (rounds == 1) p.rgb = p.rrr;\n"                                                                                  \
     "    float l = dot(p.rgb, vec3(0.299, 0.587, 0.114));\n"                                                                 \
-    "    l = l > 0.0 && l < 1e30 ? l : 0.0;\n"                                                                               \
-    "    if (reach > 0.0) l = l / (1.0 + l);\n"                                                                              \
+    "    l = l > 0.0 && l < 1e38 ? l : 0.0;\n"                                                                               \
+    "    if (reach > 0.0) l = l / (key + l);\n"                                                                              \
     "    return 0.75 * l + 0.25 * (p.a > 0.0 ? min(p.a, 1.0) : 0.0);\n"                                                      \
     "}\n"                                                                                                                    \
     "vec4 cell_luma(ivec2 at) {\n"                                                                                           \
+    "    for (bool floats = reach > 0.0; floats; floats = false) key = exp2(texelFetch(image2, ivec2(0), 0).r);\n"           \
     "    float sum = 0.0;\n"                                                                                                 \
     "    for (int y = 0; y < cell; ++y)\n"                                                                                   \
     "        for (int x = 0; x < cell; ++x) sum += luma(texelFetch(image0, min(cell * at + ivec2(x, y), size - 1), 0));\n"   \

@@ -210,20 +210,47 @@ TEST_F(ExtrapolationGl, MovesEveryFormat) {
     }
 }
 
-TEST_F(ExtrapolationGl, NansDoNotSpread) {
-    Picture a = moved_noise(80, 64, Format::rgba32f, 0, 0), b = moved_noise(80, 64, Format::rgba32f, 3.5f, 1.5f);
-    b.set(40, 30, {std::numeric_limits<float>::quiet_NaN(), 0, 0, 1});
-    b.set(20, 50, {0, std::numeric_limits<float>::infinity(), 0, 1});
-    const GLuint src1 = texture(a), src2 = texture(b), out = texture(a);
-    for (auto& [k, e] : sides_) {
-        ASSERT_EQ(e.extrapolate(src1, src2, out, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
-        const Picture result = read(out, a);
-        for (int y = 0; y < 64; ++y)
-            for (int x = 0; x < 80; ++x) {
-                float v[4];
-                std::memcpy(v, result.at(x, y), 16);
-                const bool finite = std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]) && std::isfinite(v[3]);
-                ASSERT_EQ(finite, !((x == 40 && y == 30) || (x == 20 && y == 50))) << backend_name(k) << " " << x << " " << y;
+// What is no finite number stays at its pixel, in every float format, and at an edge of motion as well.
+TEST_F(ExtrapolationGl, NansAndInfinitiesStayWhereTheyAreAndDoNotSpread) {
+    constexpr int kPlaces[][2] = {{40, 30}, {20, 50}, {61, 20}, {0, 0}, {79, 63}};   // the third at the rim of what moves by itself
+    for (const Format format : {Format::rgba16f, Format::rgb16f, Format::rgba32f, Format::rgb32f}) {
+        const auto at = [&](float t) {
+            Picture p = moved_noise(80, 64, format, 3.5f * t, 1.5f * t);
+            const int x0 = 50 - static_cast<int>(4 * t);
+            for (int y = 10; y < 30; ++y)
+                for (int x = x0; x < x0 + 16; ++x) p.set(x, y, {noise(5.0f * static_cast<float>(x - x0), 5.0f * static_cast<float>(y), 8), 1, 0.2f, 1});
+            return p;
+        };
+        const Picture a = at(0);
+        Picture b = at(1);
+        int which = 0;
+        for (const auto& [x, y] : kPlaces) {
+            const bool halves = bytes_per_channel(format) == 2;
+            const std::uint32_t words[] = {0x7fc00000u, 0x7f800000u, 0xff800000u};   // NaN, infinity, -infinity
+            const std::uint16_t half_words[] = {0x7e00u, 0x7c00u, 0xfc00u};
+            const int channel = which % channel_count(format);
+            std::memcpy(b.at(x, y) + bytes_per_channel(format) * channel, halves ? static_cast<const void*>(&half_words[which % 3]) : &words[which % 3], static_cast<std::size_t>(bytes_per_channel(format)));
+            ++which;
+        }
+        const GLuint src1 = texture(a), src2 = texture(b), out = texture(a);
+        const Picture held = read(src2, a);
+        for (auto& [k, e] : sides_)
+            for (const float factor : {0.5f, -0.3f}) {
+                ASSERT_EQ(e.extrapolate(src1, src2, out, factor), static_cast<GLenum>(GL_NO_ERROR));
+                const Picture result = read(out, a);
+                for (int y = 0; y < 64; ++y)
+                    for (int x = 0; x < 80; ++x) {
+                        float v[4], was[4];
+                        std::memcpy(v, result.at(x, y), 16);
+                        std::memcpy(was, held.at(x, y), 16);
+                        const bool placed = std::any_of(std::begin(kPlaces), std::end(kPlaces), [&](const int (&p)[2]) { return p[0] == x && p[1] == y; });
+                        for (int c = 0; c < 4; ++c) {
+                            if (placed)
+                                ASSERT_TRUE(v[c] == was[c] || (std::isnan(v[c]) && std::isnan(was[c]))) << backend_name(k) << " " << format_name(format) << " " << x << " " << y << ": " << v[c] << " for " << was[c];
+                            else
+                                ASSERT_TRUE(std::isfinite(v[c])) << backend_name(k) << " " << format_name(format) << " " << x << " " << y;
+                        }
+                    }
             }
     }
 }
@@ -381,6 +408,39 @@ TEST_F(ExtrapolationGl, ALayerOfAnArraySeenThroughAViewIsATexture) {
         EXPECT_EQ(read(views[0], a), a);
         EXPECT_EQ(read(views[1], b), b);
         EXPECT_EQ(e.extrapolate(array, views[1], views[2], 0.5f), static_cast<GLenum>(GL_INVALID_OPERATION)) << "an array is no 2D texture";
+    }
+}
+
+// Motion is found in light of any range: luma is taken in parts of what the picture has.
+TEST_F(ExtrapolationGl, DimAndGlaringLightMovesAsWellAsAnyOther) {
+    for (const auto& [format, light] : {std::pair{Format::rgba16f, 2e-3f}, {Format::rgba16f, 2e4f}, {Format::rgba32f, 1e-6f}, {Format::rgba32f, 1e9f}}) {
+        const auto at = [&](float t) {
+            Picture p(160, 120, format);
+            for (int y = 0; y < 120; ++y)
+                for (int x = 0; x < 160; ++x) {
+                    const float n = light * (0.6f + noise(static_cast<float>(x) - 4 * t, static_cast<float>(y) - 2 * t, 3));
+                    p.set(x, y, {n, 0.8f * n, 0.5f * n, 1});
+                }
+            return p;
+        };
+        const Picture a = at(0), b = at(1), ahead = at(1.5f);
+        const GLuint src1 = texture(a), src2 = texture(b), out = texture(a);
+        const Picture truth = read(texture(ahead), a), held = read(src2, a);
+        for (auto& [k, e] : sides_) {
+            ASSERT_EQ(e.extrapolate(src1, src2, out, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
+            const Picture result = read(out, a);
+            double off = 0, off_held = 0;
+            for (int y = 12; y < 108; ++y)
+                for (int x = 12; x < 148; ++x) {
+                    float r = 0, w = 0, h = 0;
+                    std::memcpy(&r, result.at(x, y), 4);
+                    std::memcpy(&w, truth.at(x, y), 4);
+                    std::memcpy(&h, held.at(x, y), 4);
+                    off += std::fabs(static_cast<double>(r - w));
+                    off_held += std::fabs(static_cast<double>(h - w));
+                }
+            EXPECT_LT(off, 0.4 * off_held) << backend_name(k) << " " << format_name(format) << " " << light;
+        }
     }
 }
 
