@@ -175,6 +175,8 @@ struct MethodEntry {
     Result<std::unique_ptr<Method>> (*create)(const MethodSettings& settings);
 };
 [[nodiscard]] std::span<const MethodEntry> methods() noexcept;
+// Whether there is one of this name; the error lists those that there are.
+[[nodiscard]] Result<void> check_method(std::string_view name);
 
 // Errors: an unknown name lists the known ones; shaders that do not compile; settings that cannot be.
 [[nodiscard]] Result<std::unique_ptr<Method>> create_method(std::string_view name, const MethodSettings& settings);

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 #include <string>
 
@@ -43,13 +44,18 @@ Result<std::unique_ptr<Method>> create_shading_rate(const MethodSettings& settin
 
 std::span<const MethodEntry> methods() noexcept { return kMethods; }
 
-Result<std::unique_ptr<Method>> create_method(std::string_view name, const MethodSettings& settings) {
+Result<void> check_method(std::string_view name) {
     std::string known;
     for (const MethodEntry& m : kMethods) {
-        if (name == m.name) return m.create(settings);
+        if (name == m.name) return {};
         known += (known.empty() ? "" : ", ") + std::string(m.name);
     }
     return fail("unknown foveation method '" + std::string(name) + "'", {}, "known methods: " + known);
+}
+
+Result<std::unique_ptr<Method>> create_method(std::string_view name, const MethodSettings& settings) {
+    if (auto known = check_method(name); !known) return std::unexpected(known.error());
+    return std::ranges::find_if(kMethods, [&](const MethodEntry& m) { return name == m.name; })->create(settings);
 }
 
 }  // namespace fovea::foveation

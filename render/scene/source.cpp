@@ -94,10 +94,19 @@ void bring_to_size(Model& model) {
 
 std::span<const SceneEntry> scenes() noexcept { return kEntries; }
 
-Result<Source> load_source(const std::string& scene) {
+Result<void> check_scene(const std::string& scene) {
+    if (is_file(scene) || std::filesystem::path(scene).extension() == ".toml") return {};
     std::string known;
     for (const Kind& k : kKinds) {
+        if (scene == k.entry.name) return {};
         known += (known.empty() ? "" : ", ") + std::string(k.entry.name);
+    }
+    return fail("unknown scene '" + scene + "'", {}, "known scenes: " + known + "; or the path of a .gltf or .glb file");
+}
+
+Result<Source> load_source(const std::string& scene) {
+    if (auto known = check_scene(scene); !known) return std::unexpected(known.error());
+    for (const Kind& k : kKinds) {
         if (scene != k.entry.name) continue;
         Source s{.name = scene, .mesh = k.mesh(), .camera = k.camera, .light_ring_m = k.light_ring_m, .light_height_m = k.light_height_m, .light_reach_m = k.light_reach_m};
         if (k.model == nullptr) return s;
@@ -106,7 +115,6 @@ Result<Source> load_source(const std::string& scene) {
         s.model = *std::move(model);
         return s;
     }
-    if (!is_file(scene)) return fail("unknown scene '" + scene + "'", {}, "known scenes: " + known + "; or the path of a .gltf or .glb file");
     auto model = load_gltf(scene);
     if (!model) return std::unexpected(model.error());
     Source s{.name = scene, .mesh = sky_mesh(), .camera = &walk_around, .light_ring_m = 5, .light_height_m = 3, .light_reach_m = 10};

@@ -31,6 +31,9 @@ struct Source {
     [[nodiscard]] Pose pose(double time_s) const noexcept { return stand ? *stand : camera(time_s); }
 };
 
+// Whether `scene` is a built-in name or looks like a file's path; the error lists the names.
+[[nodiscard]] Result<void> check_scene(const std::string& scene);
+
 // A built-in name, or the path of a .gltf or .glb file. A model of its own size is scaled to a radius of 2.5 m and walked
 // around, unless the file has a camera: then it is left as it is, and seen from there.
 [[nodiscard]] Result<Source> load_source(const std::string& scene);

@@ -52,6 +52,8 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
         "example:\n"
         "    fovea-view --duration 10 --out out\n"
         "In a window, without a tracker, the mouse is the gaze; h shows the keys."};
+    app.set_version_flag("--version", "fovea-view " FOVEA_VERSION);
+    app.failure_message([](const CLI::App*, const CLI::Error& e) { return std::string("fovea-view: ") + e.what() + "; `fovea-view --help` explains\n"; });
     app.add_option("--socket", o.socket, "fovead's socket (default: $FOVEA_SOCKET, then the usual places)");
     app.add_option("--duration", o.duration_s, "seconds to run; 0 runs until Ctrl-C (default: 10, in a window 0)")->check(within(0.0, 1e6));
     app.add_option("--frames", o.frames, "end after this many frames instead")->check(CLI::Range(1L, 1'000'000'000L));

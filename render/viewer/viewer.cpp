@@ -7,6 +7,9 @@
 
 #include "protocol/clock.hpp"
 #include "render/foveation/driver_traits.hpp"
+#include "render/foveation/method.hpp"
+#include "render/quality/ladder.hpp"
+#include "render/scene/source.hpp"
 #include "render/viewer/controls.hpp"
 #include "render/viewer/eyes.hpp"
 #include "render/viewer/finish.hpp"
@@ -450,6 +453,10 @@ std::expected<Summary, Failure> run(const Options& options, const std::atomic<bo
     // Cheap checks first: a wrong name should not need a daemon to be told.
     if (auto clock = present::SimulatedScanout::create(options.scanout, {}); !clock) return failed(clock.error(), kUsage);
     if (auto known = present::check_presenter(options.present); !known) return failed(known.error(), kUsage);
+    if (auto known = foveation::check_method(options.method); !known) return failed(known.error(), kUsage);
+    if (auto known = scene::check_scene(options.scene); !known) return failed(known.error(), kUsage);
+    if (options.quality != "off" && options.quality != "auto")
+        if (auto ladder = quality::load_ladder(options.quality); !ladder) return failed(ladder.error(), kUnusableInput);
     static const SystemTime time;
     const present::PresenterSettings settings{.scanout = options.scanout, .width_px = 2 * options.width_px, .height_px = options.height_px};
     const bool windowed = present::presenter_for(options.present).name != std::string_view("surfaceless");

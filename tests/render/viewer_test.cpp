@@ -151,6 +151,13 @@ TEST_F(Viewer, WrongArgumentsExit2AndNameTheLegalOnes) {
     EXPECT_EQ(r.exit_code, 2);
     EXPECT_NE(r.err.find("scaled_bins"), std::string::npos) << r.err;
     EXPECT_EQ(run(std::string(kQuick) + "--scanout-ms 50").exit_code, 2);
+    // A wrong name needs no daemon to be told.
+    for (const char* wrong : {"--method magic", "--scene nowhere"}) {
+        const Outcome alone = run(wrong);
+        EXPECT_EQ(alone.exit_code, 2) << wrong;
+        EXPECT_NE(alone.err.find("known "), std::string::npos) << alone.err;
+    }
+    EXPECT_EQ(run("--quality " + (dir_ / "none.toml").string()).exit_code, 3);
     const Outcome display = run(std::string(kQuick) + "--present hologram");
     EXPECT_EQ(display.exit_code, 2);
     EXPECT_NE(display.err.find("surfaceless"), std::string::npos) << display.err;
