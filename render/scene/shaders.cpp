@@ -17,15 +17,22 @@ layout(std140, binding = 0) uniform View { ViewData views[VIEW_DATA]; };
 #define view views[VIEW_INDEX]
 )";
 
-constexpr const char* kVertex = R"(
+// Of every vertex shader: what it is given, and what it hands on to the fragments.
+constexpr const char* kVertexInterface = R"(
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec4 normal_in;
 layout(location = 2) in vec2 uv_in;
-layout(location = 3) in uvec4 material_in;
 out highp vec3 world;
 out highp vec3 normal;
 out highp vec2 uv;
 flat out highp uvec2 material;
+)";
+// A model's objects have their material in a block instead.
+constexpr const char* kMaterialInput = R"(
+layout(location = 3) in uvec4 material_in;
+)";
+
+constexpr const char* kVertex = R"(
 void main() {
     world = position;
     normal = normal_in.xyz;
@@ -36,15 +43,7 @@ void main() {
 )";
 
 // On a sheet of tiles; what a material asks of the place in the world is answered as if it lay on the ground.
-constexpr const char* kTileVertex = R"(#version 310 es
-layout(location = 0) in vec3 position;
-layout(location = 1) in vec4 normal_in;
-layout(location = 2) in vec2 uv_in;
-layout(location = 3) in uvec4 material_in;
-out highp vec3 world;
-out highp vec3 normal;
-out highp vec2 uv;
-flat out highp uvec2 material;
+constexpr const char* kTileVertex = R"(
 void main() {
     world = vec3(uv_in.x, 0.0, uv_in.y);
     normal = normal_in.xyz;
@@ -56,14 +55,6 @@ void main() {
 
 // A box around each ball: a normal's signs say which corner it is, uv.x is the radius.
 constexpr const char* kBallVertex = R"(
-layout(location = 0) in vec3 position;
-layout(location = 1) in vec4 normal_in;
-layout(location = 2) in vec2 uv_in;
-layout(location = 3) in uvec4 material_in;
-out highp vec3 world;
-out highp vec3 normal;
-out highp vec2 uv;
-flat out highp uvec2 material;
 flat out highp vec4 ball;   // centre, radius
 void main() {
     world = position;
@@ -86,13 +77,6 @@ layout(std140, binding = 1) uniform Object {
 )";
 
 constexpr const char* kModelVertex = R"(
-layout(location = 0) in vec3 position;
-layout(location = 1) in vec4 normal_in;
-layout(location = 2) in vec2 uv_in;
-out highp vec3 world;
-out highp vec3 normal;
-out highp vec2 uv;
-flat out highp uvec2 material;
 void main() {
     vec4 w = world_from_object * vec4(position, 1.0);
     world = w.xyz;
@@ -387,13 +371,13 @@ void main() {
 }  // namespace
 
 std::string vertex_shader(Family family, const gl::ViewsAtOnce& at_once) {
-    const std::string source = family == Family::model   ? std::string(kViewBlock) + kObjectBlock + kModelVertex
-                               : family == Family::balls ? std::string(kViewBlock) + kBallVertex
-                                                         : std::string(kViewBlock) + kVertex;
+    std::string source = std::string(kViewBlock) + kVertexInterface;
+    if (family == Family::model) source += std::string(kObjectBlock) + kModelVertex;
+    else source += std::string(kMaterialInput) + (family == Family::balls ? kBallVertex : kVertex);
     return gl::vertex_for_views(source, at_once);
 }
 
-std::string tile_vertex_shader() { return kTileVertex; }
+std::string tile_vertex_shader() { return std::string("#version 310 es\n") + kVertexInterface + kMaterialInput + kTileVertex; }
 
 std::string fragment_shader(const ShaderOptions& o) {
     std::string source;
