@@ -26,7 +26,8 @@ TEST_F(TradeoffFoveation, JudgesEverySettingAgainstAFullRender) {
     EXPECT_EQ(of("full", "SSIM out"), 1);
     EXPECT_EQ(of("full", "fragments %"), 100);
     EXPECT_EQ(of("full", "cpu ratio"), 1);
-    double fragments = 100, error = 0;
+    EXPECT_EQ(of("full", "pixels %"), 100);
+    double fragments = 100, pixels = 100, error = 0;
     for (const char* label : {"scaled_bins, gain 1.5", "scaled_bins, gain 3", "scaled_bins, gain 10"}) {
         EXPECT_EQ(of(label, "exact %"), 100) << label;
         EXPECT_LT(of(label, "fragments %"), fragments) << label;
@@ -34,6 +35,10 @@ TEST_F(TradeoffFoveation, JudgesEverySettingAgainstAFullRender) {
         EXPECT_LT(of(label, "PSNR out"), 45) << label;
         EXPECT_LT(of(label, "SSIM out"), 0.95) << label;
         EXPECT_GT(of(label, "flicker"), 0) << label;
+        EXPECT_GT(of(label, "flicker smooth"), 0) << label;
+        EXPECT_LT(of(label, "flicker smooth"), of(label, "flicker")) << label;
+        EXPECT_LT(of(label, "pixels %"), pixels) << label;
+        pixels = of(label, "pixels %");
         fragments = of(label, "fragments %");
         error = of(label, "error");
     }
