@@ -40,6 +40,22 @@ struct Cost {
     const char* executor = "";
 };
 
+// Two square targets, and a focal point for each; fewer than two where the driver gave no more.
+struct TwoEyes {
+    explicit TwoEyes(int size) : focus(2) {
+        for (std::size_t i = 0; i < 2; ++i) {
+            auto t = gl::RenderTarget::create({.width_px = size, .height_px = size});
+            if (!t) return;
+            owned.push_back(*std::move(t));
+            targets.push_back({owned.back().framebuffer(), 0, 0, size, size});
+            focus[i].count = 1;
+        }
+    }
+    std::vector<gl::RenderTarget> owned;
+    std::vector<foveation::ViewTarget> targets;
+    std::vector<foveation::ViewFocus> focus;
+};
+
 const gl::Context* context() {
     static auto c = gl::Context::create();
     return c ? &*c : nullptr;
@@ -50,17 +66,10 @@ void foveation_frame(benchmark::State& state, const std::string& scene_name, con
     if (context() == nullptr) return state.SkipWithError("no EGL context");
     auto scene = scene::Scene::create({.name = scene_name, .extra_lights = scene_name == "fragbox" ? kHeavier : 0});
     if (!scene) return state.SkipWithError(scene.error().message().c_str());
-    std::vector<gl::RenderTarget> owned;
-    std::vector<foveation::ViewTarget> targets;
-    std::vector<foveation::ViewFocus> focus(2);
-    for (std::size_t i = 0; i < 2; ++i) {
-        auto t = gl::RenderTarget::create({.width_px = size, .height_px = size});
-        if (!t) return state.SkipWithError(t.error().message().c_str());
-        owned.push_back(*std::move(t));
-        targets.push_back({owned.back().framebuffer(), 0, 0, size, size});
-        focus[i].points[0] = {0.05f, -0.10f, gain, gain, 0};
-        focus[i].count = 1;
-    }
+    TwoEyes two(size);
+    if (two.targets.size() != 2) return state.SkipWithError("the driver gives no targets of this size");
+    auto& [owned, targets, focus] = two;
+    for (foveation::ViewFocus& f : focus) f.points[0] = {0.05f, -0.10f, gain, gain, 0};
     std::map<std::string, std::unique_ptr<foveation::Method>> methods;
     for (const std::string& name : {std::string("full"), method_name}) {
         auto m = foveation::create_method(name, settings);
@@ -120,17 +129,10 @@ void views_at_once(benchmark::State& state, const char* scene_name, gl::ViewDraw
     if (!gl::can_draw(drawing)) return state.SkipWithError("this driver cannot (run it by `fovea layer run`)");
     auto scene = scene::Scene::create({.name = scene_name});
     if (!scene) return state.SkipWithError(scene.error().message().c_str());
-    std::vector<gl::RenderTarget> owned;
-    std::vector<foveation::ViewTarget> targets;
-    std::vector<foveation::ViewFocus> focus(2);
-    for (std::size_t i = 0; i < 2; ++i) {
-        auto t = gl::RenderTarget::create({.width_px = size, .height_px = size});
-        if (!t) return state.SkipWithError(t.error().message().c_str());
-        owned.push_back(*std::move(t));
-        targets.push_back({owned.back().framebuffer(), 0, 0, size, size});
-        focus[i].points[0] = {0.05f, -0.10f, 4, 4, 0};
-        focus[i].count = 1;
-    }
+    TwoEyes two(size);
+    if (two.targets.size() != 2) return state.SkipWithError("the driver gives no targets of this size");
+    auto& [owned, targets, focus] = two;
+    for (foveation::ViewFocus& f : focus) f.points[0] = {0.05f, -0.10f, 4, 4, 0};
     std::array<std::unique_ptr<foveation::Method>, 2> methods;
     std::array<Cost, 2> costs;
     std::array<std::uint32_t, 2> draws{};
@@ -169,21 +171,6 @@ BENCHMARK_CAPTURE(views_at_once, circuit_multiview, "circuit", gl::ViewDrawing::
 
 // What foveation adds to a frame: 2 x 1024x1024, a moving gaze, and one recorded draw that lies outside both views. What is
 // left are the level passes' clears and masks, and the resolve. cpu_ms, wall_ms: median of the iterations, GPU done included.
-struct TwoEyes {
-    explicit TwoEyes(int size) : focus(2) {
-        for (std::size_t i = 0; i < 2; ++i) {
-            auto t = gl::RenderTarget::create({.width_px = size, .height_px = size});
-            if (!t) return;
-            owned.push_back(*std::move(t));
-            targets.push_back({owned.back().framebuffer(), 0, 0, size, size});
-            focus[i].count = 1;
-        }
-    }
-    std::vector<gl::RenderTarget> owned;
-    std::vector<foveation::ViewTarget> targets;
-    std::vector<foveation::ViewFocus> focus;
-};
-
 void mask_and_resolve(benchmark::State& state, int size, float gain, foveation::Resolver resolver) {
     if (context() == nullptr) return state.SkipWithError("no EGL context");
     TwoEyes eyes(size);
