@@ -291,6 +291,47 @@ TEST_F(ViewSamples, FoveatedViewsHaveSamplesAtEveryLevel) {
     EXPECT_GL(GL_NO_ERROR);
 }
 
+TEST_F(ViewSamples, LeaveNothingInTheShareGroup) {
+    const auto renderbuffers = [] {
+        int n = 0;
+        for (GLuint name = 1; name < 256; ++name) n += glIsRenderbuffer(name) == GL_TRUE;
+        return n;
+    };
+    const EGLContext whole = make_context();
+    use(whole);
+    const int before = renderbuffers();
+    for (const int how : {0, 1, 2, 3, 4}) {
+        const EGLContext gone = make_context(whole);
+        use(gone);
+        make_views();
+        glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+        glFlush();
+        use(whole);
+        EXPECT_GE(renderbuffers(), before + 2 * kViews);
+        use(gone);
+        if (how == 0) glDeleteFramebuffers(1, &framebuffer);
+        if (how == 1) attach(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, 0, 0, 0, 0, 0), attach(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, 0, 0, 0, 0, 0);
+        if (how == 2) glDeleteTextures(1, &color), glDeleteTextures(1, &depth);
+        if (how == 3) {
+            const GLuint other = make_array(GL_RGBA8);
+            glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, other, 0, 0);
+            glFramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, 0, 0);
+            EXPECT_EQ(glCheckFramebufferStatus(GL_FRAMEBUFFER), static_cast<GLenum>(GL_FRAMEBUFFER_COMPLETE));
+        }
+        EXPECT_GL(GL_NO_ERROR);
+        if (how < 4) {
+            EXPECT_EQ(renderbuffers(), before) << how;
+        }
+        contexts.pop_back();
+        use(whole);
+        ASSERT_TRUE(eglDestroyContext(display, gone));
+        use(whole);
+        eglMakeCurrent(display, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+        use(whole);
+        EXPECT_EQ(renderbuffers(), before) << how;
+    }
+}
+
 // Random sequences against the driver's own samples, one framebuffer per view, put into the layers of another array by hand.
 class RandomViewSamples : public ViewSamples {
 protected:
