@@ -8,7 +8,6 @@
 #include <optional>
 #include <string>
 #include <unordered_map>
-#include <unordered_set>
 #include <utility>
 
 #include "render/layer/auto_mode.hpp"
@@ -67,21 +66,26 @@ private:
 // Names of deleted buffers whose objects a vertex array may still hold (vertex_arrays.cpp).
 class DeletedBuffers {
 public:
-    void note(GLuint name, bool held) {
+    enum class Held { nowhere, perhaps_elsewhere, perhaps };  // elsewhere: by an array of another context than the one that deletes
+    void note(GLuint name, Held held, const void* context) {
         const std::lock_guard lock(mutex_);
-        held ? static_cast<void>(names_.insert(name)) : static_cast<void>(names_.erase(name));
+        if (held == Held::nowhere)
+            names_.erase(name);
+        else
+            names_[name] = held == Held::perhaps_elsewhere ? context : nullptr;
         any_.store(!names_.empty(), std::memory_order_relaxed);  // the lock orders it for who looks a name up
     }
     [[nodiscard]] bool any() const noexcept { return any_.load(std::memory_order_relaxed); }
-    [[nodiscard]] bool has(GLuint name) const {
+    [[nodiscard]] bool has(GLuint name, const void* context) const {
         if (name == 0) return false;
         const std::lock_guard lock(mutex_);
-        return names_.contains(name);
+        const auto it = names_.find(name);
+        return it != names_.end() && it->second != context;
     }
 
 private:
     mutable std::mutex mutex_;
-    std::unordered_set<GLuint> names_;
+    std::unordered_map<GLuint, const void*> names_;  // the context whose arrays do not hold it, if that is known
     std::atomic<bool> any_{false};
 };
 

@@ -2,9 +2,9 @@
 // on in it). No function binds such a buffer again, so that an attribute which reads one cannot be put back for the run
 // of a second level: where one is about to change, what is recorded is submitted first.
 //
-// Names in question are known: those that an array held when they were deleted. Few arrays are looked through at the deletion; with
-// many, or with other contexts in the share group, every deleted name counts. A name that is given again stays in question,
-// which costs lateness and nothing else.
+// Names in question are known: those that an array held when they were deleted. Few arrays of the context that deletes are looked
+// through; with many, and for the arrays of the other contexts of its share group, every deleted name counts. A name that is
+// given again stays in question, which costs lateness and nothing else.
 #include <algorithm>
 
 #include "render/layer/context.hpp"
@@ -32,7 +32,7 @@ void Context::deleting_buffers(GLsizei count, const GLuint* names) {
     const bool alone = share_.use_count() <= 2;  // this context, and the table of contexts
     if (alone && vertex_arrays_.empty()) return;
     std::unordered_set<GLuint> held;
-    const bool exact = alone && vertex_arrays_.size() < kLookedThrough;
+    const bool exact = vertex_arrays_.size() < kLookedThrough;
     if (exact) {
         keep_driver_error();
         for (const GLuint array : vertex_arrays_)
@@ -41,8 +41,9 @@ void Context::deleting_buffers(GLsizei count, const GLuint* names) {
         gl.BindVertexArray(bound);
         drop_errors();
     }
+    using Held = DeletedBuffers::Held;
     for (GLsizei i = 0; i < count; ++i)
-        if (names[i] != 0) share_->deleted_buffers.note(names[i], !exact || held.contains(names[i]));
+        if (names[i] != 0) share_->deleted_buffers.note(names[i], !exact || held.contains(names[i]) ? Held::perhaps : alone ? Held::nowhere : Held::perhaps_elsewhere, this);
 }
 
 bool Context::keeps_deleted(GLuint attribute) {
@@ -51,11 +52,11 @@ bool Context::keeps_deleted(GLuint attribute) {
     GLint read = 0, bound = 0;
     gl.GetVertexAttribiv(attribute, GL_VERTEX_ATTRIB_ARRAY_BUFFER_BINDING, &read);
     gl.GetIntegeri_v(GL_VERTEX_BINDING_BUFFER, attribute, &bound);
-    return deleted.has(static_cast<GLuint>(read)) || deleted.has(static_cast<GLuint>(bound));
+    return deleted.has(static_cast<GLuint>(read), this) || deleted.has(static_cast<GLuint>(bound), this);
 }
 
 bool Context::keeps_deleted_indices() {
-    return share_->deleted_buffers.any() && share_->deleted_buffers.has(static_cast<GLuint>(get_integer(GL_ELEMENT_ARRAY_BUFFER_BINDING)));
+    return share_->deleted_buffers.any() && share_->deleted_buffers.has(static_cast<GLuint>(get_integer(GL_ELEMENT_ARRAY_BUFFER_BINDING)), this);
 }
 
 void GL_APIENTRY layer_glDeleteBuffers(GLsizei n, const GLuint* buffers) {
