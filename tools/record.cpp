@@ -64,7 +64,11 @@ int run(const Options& o) {
     options.meta = {{"fovea_version", FOVEA_VERSION}};
     describe_source(admin, options);
     auto recorder = replay::Recorder::start(o.out, *std::move(ring), options);
-    if (!recorder) return report(recorder.error(), kFailed);
+    if (!recorder) {
+        Error error = recorder.error();
+        if (error.what == "the file exists") error.way_out = "choose another name, or say --force";
+        return report(error, kFailed);
+    }
 
     struct sigaction action {};
     action.sa_handler = [](int) { interrupted = 1; };

@@ -171,6 +171,9 @@ public:
         }
         look.connected = true;
         look.status = reply["status"];
+        // This command reads the samples as a client of its own, which is none of those that are watched.
+        if (auto& clients = look.status["clients"]; clients.is_array())
+            std::erase_if(clients.get_ref<nlohmann::json::array_t&>(), [](const nlohmann::json& c) { return c.is_object() && c.value("pid", 0L) == ::getpid(); });
         if (pid_ != look.status.value("pid", 0L)) window_.disconnect();   // another daemon: another ring
         pid_ = look.status.value("pid", 0L);
         window_.connect(look.status.value("focus_socket", std::string()), &look.trouble);

@@ -81,7 +81,7 @@ std::vector<std::string> top_screen(const TopLook& look, std::size_t columns, st
         if (clients.is_array())
             for (const json& c : clients)
                 lines.push_back(fmt::format("  {:>4} {:>8}  {:>9} frames  {}", member(c, "id").dump(), member(c, "pid").dump(), or_dash(number(member(c, "frames"), "accepted"), "", 0), word(c, "name")));
-        lines.push_back(recorder.is_object() ? fmt::format("recorder  {}: {} samples", word(recorder, "path"), or_dash(number(recorder, "samples"), "", 0)) : "recorder  off");
+        lines.push_back(recorder.is_object() ? fmt::format("recorder  {}: {} samples{}", word(recorder, "path"), or_dash(number(recorder, "samples"), "", 0), word(recorder, "error").empty() ? "" : "; it no longer writes: `fovea status` says why") : "recorder  off");
         lines.push_back("");
         lines.push_back(fmt::format("figures of the last {:.0f} s; q or Ctrl-C ends", look.window_s));
     }
