@@ -411,6 +411,21 @@ TEST_F(ExtrapolationGl, ALayerOfAnArraySeenThroughAViewIsATexture) {
     }
 }
 
+TEST_F(ExtrapolationGl, WhatOnlyAlphaShowsMovesToo) {
+    const auto at = [](float t) {
+        Picture p(160, 120, Format::rgba8);
+        for (int y = 0; y < 120; ++y)
+            for (int x = 0; x < 160; ++x) p.set(x, y, {0.5f, 0.5f, 0.5f, noise(2 * (static_cast<float>(x) - 4 * t), 2 * (static_cast<float>(y) - 2 * t), 3)});
+        return p;
+    };
+    const Picture a = at(0), b = at(1), ahead = at(1.5f);
+    const GLuint src1 = texture(a), src2 = texture(b), out = texture(a);
+    for (auto& [k, e] : sides_) {
+        ASSERT_EQ(e.extrapolate(src1, src2, out, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
+        EXPECT_GT(psnr(read(out, a), ahead, 12), psnr(b, ahead, 12) + 7) << backend_name(k);
+    }
+}
+
 // Motion is found in light of any range: luma is taken in parts of what the picture has.
 TEST_F(ExtrapolationGl, DimAndGlaringLightMovesAsWellAsAnyOther) {
     for (const auto& [format, light] : {std::pair{Format::rgba16f, 2e-3f}, {Format::rgba16f, 2e4f}, {Format::rgba32f, 1e-6f}, {Format::rgba32f, 1e9f}}) {

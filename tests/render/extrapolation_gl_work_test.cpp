@@ -69,6 +69,30 @@ TEST_F(ExtrapolationGlWork, WhatMovesInACornerIsFound) {
     }
 }
 
+// Beyond 8192 pixels tiles and blocks are twice as large.
+TEST_F(ExtrapolationGlWork, VeryWidePicturesWorkTheSame) {
+    constexpr int kWide = 8328, kHigh = 72;
+    const auto at = [](int moved) {   // what moves is at the far end, and goes 4 pixels to the left per frame time
+        Picture p(kWide, kHigh, Format::rgba8);
+        for (int y = 0; y < kHigh; ++y)
+            for (int x = 0; x < kWide; ++x) {
+                const bool moves = x >= kWide - 200 - moved;
+                const float n = x < kWide - 400 ? static_cast<float>((x / 7 + y / 5) % 9) / 9 : noise(static_cast<float>(x + (moves ? moved : 0)), static_cast<float>(y), moves ? 5 : 6);
+                p.set(x, y, {n, n, 1 - n, 1});
+            }
+        return p;
+    };
+    const Picture a = at(0), b = at(4), truth = at(6);
+    const GLuint src1 = texture(a), src2 = texture(b), out = texture(a);
+    for (auto& [k, e] : sides_) {
+        if (k == Backend::processor) continue;
+        ASSERT_EQ(e.extrapolate(src1, src2, out, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
+        EXPECT_GT(psnr(read(out, a), truth), psnr(b, truth) + 7) << backend_name(k);
+        EXPECT_GT(e.work().searched, 10) << backend_name(k);
+        EXPECT_LT(e.work().searched, 60) << backend_name(k);   // of 783
+    }
+}
+
 // What an earlier call has left in the images outside of what this one works on reaches no pixel: neither where the surroundings
 // show that they stand still, nor where they are even, and two things move that leave holes.
 TEST_F(ExtrapolationGlWork, EarlierPicturesLeaveNoTrace) {
