@@ -94,6 +94,7 @@ struct CarryJob {
     bool floats;
     float* scratch;                // carry_scratch(width) floats
     float* front;                  // in: -infinity; out: -depth of what lies there
+    std::uint8_t* sources;         // in: kBoth per output cell; out: kFirstOnly where the front hid it in the farther source
     float *u, *v, *far_u, *far_v;  // out: where each output cell comes from, in the nearer and in the farther source
 };
 

@@ -110,6 +110,25 @@ FOVEA_INLINE float beyond(float moved, int side) {
     return side == 0 ? 1.0f : side > 0 ? -missed : missed;
 }
 
+// The front, whose cell (at, row) lies beside (x, y), has left this since: all that it went past shows nothing in the farther source.
+FOVEA_INLINE void hide(const CarryJob& job, int x, int y, int at, int row, const CarryRow& own, const CarryRow& front) {
+    constexpr float kFarthest_px = 64, kLeast_px = 1;
+    const float a = own.a[x], c = own.c[x];
+    const float u = (own.far_u[x] + a) - (front.far_u[at] + front.a[at]), v = (own.far_v[x] + c) - (front.far_v[at] + front.c[at]);
+    const float length = larger(larger(u, -u), larger(v, -v));
+    if (!(length >= kLeast_px && length <= kFarthest_px) || u * static_cast<float>(at - x) + v * static_cast<float>(row - y) <= 0) return;
+    const float between = 0.5f * (own.front[x] + front.front[at]);
+    const int steps = floor_int(length) + 1;
+    for (int k = 0; k <= steps; ++k) {
+        const float t = static_cast<float>(k) / static_cast<float>(steps), px = static_cast<float>(x) - t * u, py = static_cast<float>(y) - t * v;
+        // Where the front is now that hid this then, if it is that large.
+        const int fx = clamp(floor_int(px + u + 0.5f), 0, job.width - 1), fy = clamp(floor_int(py + v + 0.5f), 0, job.height - 1);
+        if (!(-job.depth[static_cast<std::ptrdiff_t>(fy) * job.width + fx] > between) && k > 0) continue;
+        const int to_x = floor_int(px + a + 0.5f), to_y = floor_int(py + c + 0.5f);
+        if (to_x >= 0 && to_x < job.width && to_y >= 0 && to_y < job.height) job.sources[static_cast<std::ptrdiff_t>(to_y) * job.width + to_x] = static_cast<std::uint8_t>(kFirstOnly);
+    }
+}
+
 // The nearest of the nine cells around lends its motion.
 FOVEA_INLINE void lend(Carried& k, int lane, int x, int y, const CarryRow (&rows)[3], const CarryJob& job) {
     float best = rows[1].front[x];
@@ -122,6 +141,7 @@ FOVEA_INLINE void lend(Carried& k, int lane, int x, int y, const CarryRow (&rows
                 at = i;
             }
     if (from == 1 && at == x) return;
+    if (job.sources != nullptr) hide(job, x, y, at, y + from - 1, rows[1], rows[from]);
     if (job.pixels != nullptr) {
         // Lent to what moves about as the front does, where it costs nothing; to what the front covers a part of, there or by where
         // its own cell lands; and to what would itself be read too near to where the front was.

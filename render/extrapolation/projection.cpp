@@ -186,7 +186,8 @@ void Projection::run_known(const KnownMotion& known, float step, int cell_px, fl
     has_far_ = known.motion_px != nullptr;
     if (has_far_) std::fill(sources_.begin(), sources_.end(), static_cast<std::uint8_t>(kBoth));
     moves_ = kernels.carry({known.motion_px, known.ahead_px, known.depth, step, out_.width, out_.height, cell_px, reach_px,
-                            cell_px == 1 ? source.pixels : nullptr, source.row_bytes, floats, carry_.data(), front_.data(), out_.u.data(), out_.v.data(),
+                            cell_px == 1 ? source.pixels : nullptr, source.row_bytes, floats, carry_.data(), front_.data(),
+                            has_far_ && cell_px == 1 ? sources_.data() : nullptr, out_.u.data(), out_.v.data(),
                             far_.u.data(), far_.v.data()});
     filled_ = 0;
     if (moves_) {
@@ -312,11 +313,11 @@ void Projection::fill_holes(int cell_px, const Carry* carry) noexcept {
                 farthest_front = std::min(farthest_front, front_[found[way]]);
                 chosen = way;
             }
-            // Of a floor that slopes away, all of it lies behind: the nearest of what does.
+            // Of a floor that slopes away, all of it lies behind: the nearest of what does. (Fronts may be infinite: no number is behind.)
             const float behind = farthest_front + kBehind * (nearest_front - farthest_front);
             chosen = -1;
             for (int way = 0; way < 4; ++way)
-                if (distance[way] != 0 && front_[found[way]] <= behind && (chosen < 0 || distance[way] < distance[chosen])) chosen = way;
+                if (distance[way] != 0 && !(front_[found[way]] > behind) && (chosen < 0 || distance[way] < distance[chosen])) chosen = way;
             u = out_.u[found[chosen]];
             v = out_.v[found[chosen]];
             // Around a crack all agree: it continues. Around a real hole they do not, and what the mover uncovers is the
