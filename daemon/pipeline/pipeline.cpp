@@ -52,11 +52,14 @@ void Pipeline::set_calibration(Eye eye, const Calibration& calibration) noexcept
     state_->calibrated = true;
 }
 
-[[gnu::flatten]] const MotionModel& Pipeline::update(const GazeSample& as_measured) noexcept {
+[[gnu::flatten]] MotionModel& Pipeline::update(const GazeSample& as_measured) noexcept {
     State& s = *state_;
-    GazeSample sample = as_measured;
-    if (s.calibrated)
-        for (std::size_t i = 0; i < kEyeCount; ++i) calibrate(sample.eyes[i], s.calibrations[i]);
+    std::optional<GazeSample> calibrated;   // a copy only where it differs
+    if (s.calibrated) {
+        calibrated = as_measured;
+        for (std::size_t i = 0; i < kEyeCount; ++i) calibrate(calibrated->eyes[i], s.calibrations[i]);
+    }
+    const GazeSample& sample = calibrated ? *calibrated : as_measured;
     PipelineCounters& n = s.counters;
     ++n.samples;
     if (s.use_head) s.head.update(to_ns(sample.exposed), sample.head);

@@ -37,7 +37,7 @@ public:
 
     // Takes one sample and returns the model that is to be published for it (sequence, filtered and published are the
     // caller's to fill). The reference stays valid until the next call.
-    [[nodiscard]] const MotionModel& update(const GazeSample& sample) noexcept;
+    [[nodiscard]] MotionModel& update(const GazeSample& sample) noexcept;
     // Learns from the newest sample how good earlier predictions were: a third of the work, which need not hold up the
     // model. To be called once that is published; update() does it first where it was not, so results are the same.
     void settle() noexcept;

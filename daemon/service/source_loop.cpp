@@ -224,19 +224,17 @@ void SourceLoop::show_device_counters() noexcept {
 // As before the first sample: readers go to the static focal point at once, for the gaze that they would hold is of unknown
 // age. Sequence 0: it stands for no sample, and none is missing from a recording.
 void SourceLoop::publish_nothing() noexcept {
-    model_ = MotionModel{};
-    outputs_.focus.publish(model_);
+    outputs_.focus.publish(MotionModel{});
 }
 
-void SourceLoop::publish(const GazeSample& polled) noexcept {
-    GazeSample sample = polled;
+void SourceLoop::publish(GazeSample& sample) noexcept {
     sample.id += id_base_;  // a device counts from 1 after each open(); in a recording of this daemon ids are unique
-    model_ = pipeline_.update(sample);
-    model_.sequence = ++sequence_;
+    MotionModel& model = pipeline_.update(sample);
+    model.sequence = ++sequence_;
     newest_id_ = sample.id;
-    model_.filtered = model_.published = time_.now();   // nothing lies between the two
-    outputs_.focus.publish(model_);
-    outputs_.samples.publish_sample(sample, model_);
+    model.filtered = model.published = time_.now();   // nothing lies between the two
+    outputs_.focus.publish(model);
+    outputs_.samples.publish_sample(sample, model);
     pipeline_.settle();
     if (care_.rehearse) {
         cadence_.arrived(sample.received);

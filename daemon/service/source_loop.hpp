@@ -90,7 +90,7 @@ private:
 
     void run();
     Left steady() noexcept;
-    void publish(const GazeSample& sample) noexcept;
+    void publish(GazeSample& sample) noexcept;   // gives it its id
     void publish_nothing() noexcept;
     void show_device_counters() noexcept;
     void rehearse(Instant planned) noexcept;
@@ -106,7 +106,6 @@ private:
     const std::function<void()> state_changed_;
 
     SleepWatch sleep_watch_;
-    MotionModel model_;                // the published copy; the loop's own
     Cadence cadence_;
     GazeSample last_;                  // the newest sample, for rehearse()
     bool rehearsed_ = false;           // for the one that is due
