@@ -173,7 +173,9 @@ ivec2 source(ivec2 at, inout vec2 a) {
     float per = 1.0 / float(cell);
     ivec2 p = at;
     for (int i = 0; i < 3; ++i) {
-        p = ivec2(floor(vec2(at) - a * per + 0.5));
+        ivec2 next = ivec2(floor(vec2(at) - a * per + 0.5));
+        if (i > 0 && next == p) break;
+        p = next;
         if (outside(p)) return p;
         a = carried(p);
     }
