@@ -177,7 +177,7 @@ boot_once() {
             -fsdev local,id=out,path="$dir",security_model=none,multidevs=remap -device virtio-9p-pci,fsdev=out,mount_tag=out
             -fsdev local,id=queue,path="$1",security_model=none,multidevs=remap -device virtio-9p-pci,fsdev=queue,mount_tag=queue)
     fi
-    timeout -k 5 "$seconds" qemu-system-x86_64 "${machine[@]}" -smp 1 -m "$memory" -M pc -nodefaults -display none -no-reboot \
+    timeout -k 5 "$seconds" qemu-system-x86_64 "${machine[@]}" -smp "$processors" -m "$memory" -M pc -nodefaults -display none -no-reboot \
         -kernel "$cache/root/boot/vmlinuz-$kernel" -initrd "$first" \
         -append "console=ttyS0 quiet panic=-1 mitigations=off nokaslr tsc=reliable random.trust_cpu=on no_timer_check $([ "$accel" = kvm ] || echo "$clock")" \
         </dev/null >"$dir/qemu.log" 2>&1 || echo "qemu ended with $?" >>"$dir/qemu.log"
