@@ -118,30 +118,62 @@ void Context::before_indexed(Call call) {
     undo_.per_draw_buffer();
 }
 
-void Context::image_written(GLuint name) {
+static bool has_pass(Framebuffer& f, const Pass* wanted) {
+    bool found = false;
+    f.each_pass([&](const Pass& p) { found |= &p == wanted; });
+    return found;
+}
+
+void Context::image_written(GLuint name, const MipLevels& levels, GLuint by_framebuffer) {
     ++attachments_epoch_;
-    samples_overwritten(name);
+    samples_overwritten(name, by_framebuffer, levels);
+    Framebuffer* by = by_framebuffer != 0 ? find_framebuffer(by_framebuffer) : nullptr;
     for (Kept& kept : kept_) {
-        if (!kept.owner) continue;
+        if (!kept.owner || (by && has_pass(*by, kept.owner))) continue;
         for (const Attachment& a : kept.owner->attachments)
-            if (a.name == name) {
+            if (a.name == name && levels.has(a.level)) {
                 resolve(*kept.owner);
                 kept.owner->mode = Pass::Mode::none;
             }
     }
 }
 
-void Context::storing_images() {
+void Context::mipmaps_written(GLenum target) {
+    const GLenum query = texture_binding_query(target);
+    const GLint name = active_ && query != 0 ? get_integer(query) : 0;
+    if (name == 0) return;
+    GLint base = 0;
+    keep_driver_error();
+    gl.GetTexParameteriv(target, GL_TEXTURE_BASE_LEVEL, &base);
+    drop_errors();
+    image_written(static_cast<GLuint>(name), {.first = base + 1});  // what it is made of stays as it is
+}
+
+void Context::storing_images(GLuint by_framebuffer) {
     if (!active_ || (kept_.empty() && framebuffers_.empty())) return;
     keep_driver_error();
     for (GLuint unit = 0; unit < static_cast<GLuint>(get_integer(GL_MAX_IMAGE_UNITS)); ++unit) {
-        GLint name = 0, access = 0;
+        GLint name = 0, access = 0, level = 0;
         gl.GetIntegeri_v(GL_IMAGE_BINDING_NAME, unit, &name);
         if (name == 0) continue;
         gl.GetIntegeri_v(GL_IMAGE_BINDING_ACCESS, unit, &access);
-        if (access != GL_READ_ONLY) image_written(static_cast<GLuint>(name));
+        gl.GetIntegeri_v(GL_IMAGE_BINDING_LEVEL, unit, &level);
+        if (access != GL_READ_ONLY) image_written(static_cast<GLuint>(name), {.first = level, .last = level}, by_framebuffer);
     }
     drop_errors();
+}
+
+bool Context::keeps_images_beside(GLuint framebuffer) {
+    Framebuffer* own = framebuffer != 0 ? find_framebuffer(framebuffer) : nullptr;
+    for (const Kept& kept : kept_)
+        if (kept.owner && kept.owner->mode == Pass::Mode::levels && kept.owner->frame == frame_ && !kept.owner->attachments.empty() &&
+            !(own && has_pass(*own, kept.owner))) return true;
+    return made_samples_ && std::any_of(framebuffers_.begin(), framebuffers_.end(), [own](const auto& f) { return &f.second != own && f.second.has_samples(); });
+}
+
+// What the framebuffer bound for drawing keeps itself needs nothing: such draws leave its levels.
+void Context::before_stores() {
+    if (active_ && keeps_images_beside(draw_framebuffer_) && program_facts().side_effects) storing_images(draw_framebuffer_);
 }
 
 void Context::invalidate_pass() {
@@ -257,6 +289,7 @@ bool Context::size_is_known() {
 void Context::note_draw() {
     batch_.drew = true;
     count(stats.draws_recorded);
+    before_stores();
     const ProgramFacts& facts = program_facts();
     if (facts.side_effects || facts.geometry_or_tessellation || occlusion_queries_ > 0)
         batch_.must_be_native = true, batch_.reason = FullRate::side_effects;

@@ -14,6 +14,7 @@
 #pragma once
 
 #include <array>
+#include <climits>
 #include <deque>
 #include <map>
 #include <memory>
@@ -128,6 +129,12 @@ struct LateUpload {
     const std::byte* data = nullptr;
 };
 
+// Of a texture that is written.
+struct MipLevels {
+    GLint first = 0, last = INT_MAX;
+    [[nodiscard]] bool has(GLint level) const noexcept { return level >= first && level <= last; }
+};
+
 // What drawing to the framebuffer bound for drawing means.
 struct DrawTarget {
     enum class Kind { plain, framebuffer, texture, incomplete, automatic, views };
@@ -224,8 +231,12 @@ public:
     [[nodiscard]] GLuint draw_framebuffer() const noexcept { return draw_framebuffer_; }
     [[nodiscard]] GLuint read_framebuffer() const noexcept { return read_framebuffer_; }
     [[nodiscard]] GLenum foveation_status(GLenum framebuffer_target);
-    void image_written(GLuint name);  // a texture or renderbuffer is written by other means than drawing
-    void storing_images();            // the same of all that shaders may write now
+    // A texture or renderbuffer is written by other means than drawing into it; by_framebuffer: by a draw to that one,
+    // whose own passes go on.
+    void image_written(GLuint name, const MipLevels& levels = {}, GLuint by_framebuffer = 0);
+    void mipmaps_written(GLenum target);              // of the texture bound there
+    void storing_images(GLuint by_framebuffer = 0);   // image_written() of all that shaders may write now
+    void before_stores();                             // a draw follows: the same, if its program stores anything
 
     // Makes the images that a foveated framebuffer will need, as far as its attachments are known.
     enum class Reserved { yes, no_memory, never };  // never: its images cannot be foveated
@@ -329,7 +340,8 @@ private:
     void resolve_samples(Framebuffer& f);
     void load_samples(Framebuffer& f);
     void load_samples(GLenum point, ViewAttachment& a);
-    void samples_overwritten(GLuint texture, GLuint by_framebuffer = 0);
+    void samples_overwritten(GLuint texture, GLuint by_framebuffer = 0, const MipLevels& levels = {});
+    [[nodiscard]] bool keeps_images_beside(GLuint framebuffer);  // levels or samples, of other framebuffers, in this frame
     void note_shared_samples();  // the framebuffer bound for drawing has an array that another draws with samples
     void run_native(bool clears_only = false);
     [[nodiscard]] std::unique_ptr<Targets> make_targets(const TargetShape& shape, bool* out_of_memory = nullptr);  // within the limit
@@ -393,6 +405,7 @@ private:
     std::uint64_t memory_limit_ = UINT64_MAX;  // bytes of all kept_
     OwnDrawing own_;
     std::array<GLuint, 2> sample_framebuffers_{};  // of one view's samples, and of its layer
+    bool made_samples_ = false;  // ever: asked at each draw, where looking at all framebuffers would cost
     std::unique_ptr<render::extrapolation::GlExtrapolator> extrapolator_;
     std::uint64_t frame_ = 1;
     std::vector<GLuint> deletions_, kept_buffers_;

@@ -216,7 +216,7 @@ bool may_draw(Context& c, DrawCall d) {
 void draw_plain(const DrawCall& d) {
     Context* c = t_context;
     if (c && c->active() && c->view_error() != GL_NO_ERROR) return c->raise(GL_INVALID_OPERATION);
-    if (c) c->note_straight_draw(d.mode, d.count);
+    if (c) c->before_stores(), c->note_straight_draw(d.mode, d.count);
     execute(d);
 }
 
@@ -319,6 +319,7 @@ static void draw_indirect(DrawCall d) {
         // The question would have the side effects of the draw.
         if (!c->allowed(Context::Op::draw)) return;
         c->leave_levels(d.kind == DrawCall::arrays_indirect ? Call::DrawArraysIndirect : Call::DrawElementsIndirect);
+        c->before_stores();
         return c->for_each_view([&d] { execute(d); });
     }
     if (c->begin(Context::Op::draw, probe, d.mode)) record(*c, d);

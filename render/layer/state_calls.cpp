@@ -145,6 +145,14 @@ void GL_APIENTRY layer_glCopyImageSubData(GLuint source, GLenum source_target, G
     gl.CopyImageSubData(source, source_target, source_level, sx, sy, sz, to, to_target, to_level, x, y, z, w, h, d);
 }
 
+void GL_APIENTRY layer_glGenerateMipmap(GLenum target) {
+    if (Context* c = engaged()) {
+        c->before_finish(Call::GenerateMipmap);
+        c->mipmaps_written(target);
+    }
+    gl.GenerateMipmap(target);
+}
+
 // The framebuffer that is read has pending draws, or is incomplete by the rules of the extensions.
 static Context* before_read(Call call, bool* allowed) {
     Context* c = engaged();

@@ -72,6 +72,7 @@ void Context::drop_samples(ViewAttachment& a) {
 // The images that the attachments need now: those of before, unless an array was given another size or format.
 void Context::make_samples(Framebuffer& f, GLenum target) {
     if (!f.has_samples()) return;
+    made_samples_ = true;
     keep_driver_error();
     const GLint bound = get_integer(GL_RENDERBUFFER_BINDING);
     for (auto& [point, attached] : f.views) {
@@ -194,14 +195,15 @@ void Context::load_samples(GLenum point, ViewAttachment& a) {
 }
 
 // The array was written by other means than drawing to this framebuffer.
-void Context::samples_overwritten(GLuint texture, GLuint by_framebuffer) {
+void Context::samples_overwritten(GLuint texture, GLuint by_framebuffer, const MipLevels& levels) {
     for (auto& [name, f] : framebuffers_) {
         if (by_framebuffer != 0 && name == by_framebuffer) continue;
-        if (std::none_of(f.views.begin(), f.views.end(), [texture](const auto& v) { return v.second.samples > 0 && v.second.texture == texture; })) continue;
+        const auto written = [&](const ViewAttachment& a) { return a.texture == texture && levels.has(a.level); };
+        if (std::none_of(f.views.begin(), f.views.end(), [&](const auto& v) { return v.second.samples > 0 && written(v.second); })) continue;
         f.each_pass([this](Pass& p) { resolve(p), p.mode = Pass::Mode::none; });
         resolve_samples(f);
         for (auto& [point, a] : f.views)
-            if (a.texture == texture) f.samples_of(point).stale = true;
+            if (written(a)) f.samples_of(point).stale = true;
     }
 }
 
