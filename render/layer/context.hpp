@@ -335,6 +335,7 @@ private:
     void submit_view(GLuint view, Call call);
     void attach_view(GLint view);
     void drop_samples(ViewAttachment& a);
+    [[nodiscard]] std::uint64_t sample_bytes() const;  // of the samples of all views, about
     void bind_view_samples(GLenum samples_target, GLenum layer_target, GLenum point, ViewAttachment& a, GLint view);
     void unbind_view_samples(GLenum samples_target, GLenum layer_target, GLenum point);
     void resolve_samples(Framebuffer& f);
@@ -402,7 +403,7 @@ private:
     };
     std::vector<Kept> kept_;
     std::uint64_t use_ = 0;
-    std::uint64_t memory_limit_ = UINT64_MAX;  // bytes of all kept_
+    std::uint64_t memory_limit_ = UINT64_MAX;  // bytes of all kept_, and of the samples of views beside them
     OwnDrawing own_;
     std::array<GLuint, 2> sample_framebuffers_{};  // of one view's samples, and of its layer
     bool made_samples_ = false;  // ever: asked at each draw, where looking at all framebuffers would cost

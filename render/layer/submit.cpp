@@ -243,7 +243,7 @@ Targets* Context::targets_for(const TargetShape& shape, Pass& pass) {
 
 std::unique_ptr<Targets> Context::make_targets(const TargetShape& shape, bool* out_of_memory) {
     const auto room = [&] {
-        std::uint64_t used = Targets::bytes(shape);
+        std::uint64_t used = Targets::bytes(shape) + sample_bytes();
         for (const Kept& kept : kept_)
             if (kept.targets) used += Targets::bytes(kept.targets->shape());
         return used <= memory_limit_;

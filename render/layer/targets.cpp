@@ -191,17 +191,18 @@ bool read_default_size(EGLDisplay display, EGLSurface surface, TargetShape& shap
     return surface_size(display, surface, shape.width, shape.height) && shape.width > 0 && shape.height > 0;
 }
 
+std::uint64_t bytes_of(GLenum format) {
+    switch (format) {
+        case 0: return 0;
+        case GL_R8: case GL_R8I: case GL_R8UI: case GL_STENCIL_INDEX8: return 1;
+        case GL_RG8: case GL_RG8I: case GL_RG8UI: case GL_RGB565: case GL_RGBA4: case GL_RGB5_A1: case GL_R16F: case GL_R16I: case GL_R16UI: return 2;
+        case GL_RGBA16F: case GL_RGB16F: case GL_RG32F: case GL_RGBA16I: case GL_RGBA16UI: case GL_RG32I: case GL_RG32UI: case GL_DEPTH32F_STENCIL8: return 8;
+        case GL_RGBA32F: case GL_RGBA32I: case GL_RGBA32UI: return 16;
+        default: return 4;
+    }
+}
+
 std::uint64_t Targets::bytes(const TargetShape& shape) {
-    const auto bytes_of = [](GLenum format) -> std::uint64_t {
-        switch (format) {
-            case 0: return 0;
-            case GL_R8: case GL_R8I: case GL_R8UI: case GL_STENCIL_INDEX8: return 1;
-            case GL_RG8: case GL_RG8I: case GL_RG8UI: case GL_RGB565: case GL_RGBA4: case GL_RGB5_A1: case GL_R16F: case GL_R16I: case GL_R16UI: return 2;
-            case GL_RGBA16F: case GL_RGB16F: case GL_RG32F: case GL_RGBA16I: case GL_RGBA16UI: case GL_RG32I: case GL_RG32UI: case GL_DEPTH32F_STENCIL8: return 8;
-            case GL_RGBA32F: case GL_RGBA32I: case GL_RGBA32UI: return 16;
-            default: return 4;
-        }
-    };
     std::uint64_t color = 0, all = 0;
     for (const GLenum format : shape.color) color += bytes_of(format);
     const auto levels = density::standard_levels();

@@ -49,6 +49,8 @@ void find_target(Attachment& attachment);
 [[nodiscard]] char fetch_kind(GLenum format);
 // The same of the default framebuffer, which is bound; without its size.
 [[nodiscard]] TargetShape read_default_formats();
+// What a pixel of a sized format takes, about.
+[[nodiscard]] std::uint64_t bytes_of(GLenum format);
 // The size of a surface as its next frame will have it: a round trip to the server of a window. False: it has none.
 [[nodiscard]] bool read_default_size(EGLDisplay display, EGLSurface surface, TargetShape& shape);
 

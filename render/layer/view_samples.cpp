@@ -69,6 +69,16 @@ void Context::drop_samples(ViewAttachment& a) {
     a.images.clear();
 }
 
+std::uint64_t Context::sample_bytes() const {
+    std::uint64_t all = 0;
+    if (!made_samples_) return all;
+    for (const auto& [name, f] : framebuffers_)
+        for (const auto& [point, a] : f.views)
+            all += a.images.size() * static_cast<std::uint64_t>(a.width) * static_cast<std::uint64_t>(a.height) *
+                   static_cast<std::uint64_t>(std::max(a.actual_samples, 1)) * bytes_of(a.format);
+    return all;
+}
+
 // The images that the attachments need now: those of before, unless an array was given another size or format.
 void Context::make_samples(Framebuffer& f, GLenum target) {
     if (!f.has_samples()) return;

@@ -291,6 +291,21 @@ TEST_F(ViewSamples, FoveatedViewsHaveSamplesAtEveryLevel) {
     EXPECT_GL(GL_NO_ERROR);
 }
 
+TEST_F(ViewSamples, CountAgainstTheMemoryOfLevels) {
+    setenv("FOVEA_LAYER_MEMORY_MIB", "36", 1);
+    const EGLContext small = make_context();
+    use(small);  // contexts read it when they are first used
+    unsetenv("FOVEA_LAYER_MEMORY_MIB");
+    const Surface large = surface(1024, 1024);
+    make_views(512);  // colour and depth of four views with four samples: 32 MiB
+    GLuint provided = 0;
+    ext.config(large.framebuffer, 1, 1, GL_FOVEATION_ENABLE_BIT_QCOM, &provided);
+    EXPECT_GL(GL_OUT_OF_MEMORY);
+    glDeleteFramebuffers(1, &framebuffer);
+    ext.config(large.framebuffer, 1, 1, GL_FOVEATION_ENABLE_BIT_QCOM, &provided);
+    EXPECT_GL(GL_NO_ERROR);
+}
+
 TEST_F(ViewSamples, LeaveNothingInTheShareGroup) {
     const auto renderbuffers = [] {
         int n = 0;
