@@ -129,11 +129,11 @@ GLuint OwnDrawing::copy_framebuffer() {
     return copy_framebuffer_;
 }
 
-void OwnDrawing::draw_copy(GLuint texture, char kind, int width, int height) {
+void OwnDrawing::draw_copy(GLuint texture, char kind, int width, int height, GLuint stencil_bit) {
     const GLuint p = program(kind);
     if (!p) return;
     gl.UseProgram(p);
-    gl.Uniform4f(gl.GetUniformLocation(p, "level"), 1, 1, 1.0f / static_cast<float>(width), 1.0f / static_cast<float>(height));
+    gl.Uniform4f(gl.GetUniformLocation(p, "level"), 1, 1, kind == 's' ? static_cast<float>(stencil_bit) : 1.0f / static_cast<float>(width), 1.0f / static_cast<float>(height));
     gl.BindTexture(GL_TEXTURE_2D, texture);
     instances_.assign(1, {0, 0, static_cast<float>(width), static_cast<float>(height)});
     draw_instances(p, {.plan = nullptr, .level = 0, .width = width, .height = height, .grow_x = 0, .grow_y = 0});

@@ -68,8 +68,8 @@ public:
     };
     [[nodiscard]] bool ready();  // compiles on first use; false: the driver would not
     void draw_mask(const Rects& rects);
-    // A texture of the size of the framebuffer bound for drawing, pixel by pixel.
-    void draw_copy(GLuint texture, char kind, int width, int height);
+    // A texture of the size of the framebuffer bound for drawing, pixel by pixel. stencil_bit: of kind 's', as below.
+    void draw_copy(GLuint texture, char kind, int width, int height, GLuint stencil_bit = 0);
     [[nodiscard]] GLuint copy_framebuffer();  // one for the layer's copies, with nothing attached
     // From the texture of a level into the framebuffer bound for drawing. kind: 'f' filtered, 'n' nearest, 'i', 'u',
     // 'd' for depth, or 's' for fragments only where the stencil value has that bit.

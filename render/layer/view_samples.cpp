@@ -151,14 +151,18 @@ void Context::resolve_samples(Framebuffer& f) {
     drop_errors();
 }
 
-// What the pending draws go on with; stencil cannot be written so, and keeps its samples.
+// What the pending draws go on with.
 void Context::load_samples(Framebuffer& f) {
     bool ready = false;
     Undo own;
-    for (auto& [point, a] : f.views) {
+    // Depth, which comes first, may have the same images.
+    const bool stale_stencil = f.views.contains(GL_STENCIL_ATTACHMENT) && f.samples_of(GL_STENCIL_ATTACHMENT).stale;
+    for (auto& [point, attached] : f.views) {
+        ViewAttachment& a = f.samples_of(point);
         const GLbitfield buffer = buffer_of(point);
-        const bool cleared = buffer == GL_COLOR_BUFFER_BIT ? batch_.color_cleared : buffer == GL_DEPTH_BUFFER_BIT ? batch_.depth_cleared : true;
-        if (!std::exchange(a.stale, false) || cleared || a.images.empty()) continue;
+        const bool cleared = buffer == GL_COLOR_BUFFER_BIT ? batch_.color_cleared : buffer == GL_DEPTH_BUFFER_BIT ? batch_.depth_cleared : batch_.stencil_cleared;
+        const bool stale = std::exchange(a.stale, false) || (buffer == GL_STENCIL_BUFFER_BIT && stale_stencil);
+        if (!stale || cleared || a.images.empty()) continue;
         if (!ready) {
             keep_driver_error();
             if (!own_.ready()) return;
@@ -175,8 +179,8 @@ void Context::load_samples(Framebuffer& f) {
 
 // Every sample of a pixel gets what the layer holds.
 void Context::load_samples(GLenum point, ViewAttachment& a) {
-    const bool depth = point == GL_DEPTH_ATTACHMENT;
-    const char kind = depth ? 'd' : fetch_kind(a.format);
+    const bool depth = point == GL_DEPTH_ATTACHMENT, stencil = point == GL_STENCIL_ATTACHMENT;
+    const char kind = depth ? 'd' : stencil ? 's' : fetch_kind(a.format);
     GLuint copy = 0;  // shaders of the layer's read textures without layers
     gl.GenTextures(1, &copy);
     gl.BindTexture(GL_TEXTURE_2D, copy);
@@ -188,19 +192,36 @@ void Context::load_samples(GLenum point, ViewAttachment& a) {
         gl.DepthFunc(GL_ALWAYS);
         gl.DepthMask(GL_TRUE);
     }
+    if (stencil) {
+        if (a.format != GL_STENCIL_INDEX8) gl.TexParameteri(GL_TEXTURE_2D, GL_DEPTH_STENCIL_TEXTURE_MODE, GL_STENCIL_INDEX);
+        gl.Enable(GL_STENCIL_TEST);
+        gl.StencilFunc(GL_ALWAYS, 0xff, 0xff);
+        gl.StencilOp(GL_REPLACE, GL_REPLACE, GL_REPLACE);
+        gl.ClearStencil(0);
+    }
     for (GLint view = 0; view < a.views; ++view) {
         bind_view_samples(GL_DRAW_FRAMEBUFFER, GL_READ_FRAMEBUFFER, point, a, view);
         gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, own_.copy_framebuffer());
-        const GLenum to = depth ? GL_DEPTH_ATTACHMENT : GL_COLOR_ATTACHMENT0;
+        const GLenum to = depth || stencil ? point : GL_COLOR_ATTACHMENT0;
+        gl.StencilMask(0xff);
         gl.FramebufferTexture2D(GL_DRAW_FRAMEBUFFER, to, GL_TEXTURE_2D, copy, 0);
         gl.BlitFramebuffer(0, 0, a.width, a.height, 0, 0, a.width, a.height, buffer_of(point), GL_NEAREST);
         gl.FramebufferRenderbuffer(GL_DRAW_FRAMEBUFFER, to, GL_RENDERBUFFER, 0);
         gl.BindFramebuffer(GL_DRAW_FRAMEBUFFER, sample_framebuffers_[0]);
         gl.Viewport(0, 0, a.width, a.height);
-        own_.draw_copy(copy, kind, a.width, a.height);
+        if (stencil) {
+            gl.Clear(GL_STENCIL_BUFFER_BIT);
+            for (GLuint bit = 1; bit < 0x100; bit <<= 1) {  // no shader of OpenGL ES writes stencil values
+                gl.StencilMask(bit);
+                own_.draw_copy(copy, kind, a.width, a.height, bit);
+            }
+        } else {
+            own_.draw_copy(copy, kind, a.width, a.height);
+        }
         unbind_view_samples(GL_DRAW_FRAMEBUFFER, GL_READ_FRAMEBUFFER, point);
     }
     if (depth) gl.Disable(GL_DEPTH_TEST);
+    if (stencil) gl.Disable(GL_STENCIL_TEST);
     gl.DeleteTextures(1, &copy);
 }
 

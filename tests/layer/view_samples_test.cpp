@@ -200,6 +200,48 @@ TEST_F(ViewSamples, DepthIsResolvedToo) {
     EXPECT_GL(GL_NO_ERROR);
 }
 
+TEST_F(ViewSamples, StencilThatAnotherFramebufferWroteIsTestedAgainst) {
+    const GLuint cover = program("#version 310 es\n#extension GL_OVR_multiview2 : require\nlayout(num_views = 4) in;\n"
+                                 "void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0, 1); }",
+                                 "#version 310 es\nprecision highp float; uniform vec4 color; out vec4 c; void main() { c = color; }");
+    color = make_array(GL_RGBA8);
+    depth = make_array(GL_DEPTH24_STENCIL8);
+    glGenFramebuffers(1, &framebuffer);
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    attach(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, color, 0, kSamples, 0, kViews);
+    attach(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, depth, 0, kSamples, 0, kViews);
+    ASSERT_EQ(glCheckFramebufferStatus(GL_FRAMEBUFFER), static_cast<GLenum>(GL_FRAMEBUFFER_COMPLETE));
+    glClearStencil(0x5c);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
+    glFlush();
+    GLuint other = 0;
+    glGenFramebuffers(1, &other);
+    glBindFramebuffer(GL_FRAMEBUFFER, other);
+    glFramebufferTextureLayer(GL_FRAMEBUFFER, GL_DEPTH_STENCIL_ATTACHMENT, depth, 0, 2);
+    glScissor(0, 0, kSize / 2, kSize);
+    glEnable(GL_SCISSOR_TEST);
+    glClearStencil(0xa6);
+    glClear(GL_STENCIL_BUFFER_BIT);
+    glDisable(GL_SCISSOR_TEST);
+    glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+    glDisableVertexAttribArray(0);
+    glDisable(GL_DEPTH_TEST);
+    glEnable(GL_STENCIL_TEST);
+    glUseProgram(cover);
+    for (const bool written : {true, false}) {
+        glStencilFunc(GL_EQUAL, written ? 0xa6 : 0x5c, 0xff);
+        glUniform4f(glGetUniformLocation(cover, "color"), written, !written, 0, 1);
+        glDrawArrays(GL_TRIANGLES, 0, 3);
+    }
+    glFlush();
+    for (int view = 0; view < kViews; ++view) {
+        const Picture p = read_layer(color, view);
+        EXPECT_EQ(p.at(4, 4), view == 2 ? (Rgba{255, 0, 0, 255}) : (Rgba{0, 255, 0, 255})) << view;
+        EXPECT_EQ(p.at(kSize - 4, 4), (Rgba{0, 255, 0, 255})) << view;
+    }
+    EXPECT_GL(GL_NO_ERROR);
+}
+
 TEST_F(ViewSamples, TheAttachmentIsTheProgramsTexture) {
     make_views();
     EXPECT_EQ(value(GL_COLOR_ATTACHMENT0, GL_FRAMEBUFFER_ATTACHMENT_OBJECT_TYPE), GL_TEXTURE);
