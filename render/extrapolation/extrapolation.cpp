@@ -8,6 +8,7 @@
 #include "render/extrapolation/gather.hpp"
 #include "render/extrapolation/motion.hpp"
 #include "render/extrapolation/projection.hpp"
+#include "render/extrapolation/standing.hpp"
 
 namespace fovea::render::extrapolation {
 
@@ -32,6 +33,7 @@ struct Extrapolator::State {
     MotionEdges edges, known_edges;   // of the search's cells, and of the renderer's without depth
     bool known_with_depth = false;
     Gather gather;
+    StandingRims rims;
 };
 
 namespace {
@@ -134,6 +136,7 @@ bool Extrapolator::prepare(int width_px, int height_px, Format format) noexcept 
         s.far_source.resize(width_px, height_px, format);
         s.edges.resize(s.motion.field().width, s.motion.field().height, width_px, format, s.settings.threads);
         s.gather.resize(width_px, format, s.settings.threads);
+        s.rims.resize(s.tiles.columns, s.tiles.rows);
     } catch (const std::bad_alloc&) {
         return false;
     }
@@ -276,6 +279,12 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
     if (fine && !with_depth && edges.find(projection->displacement(), foveated ? fovea.box : projection->touched(), gaze, cell_px)) {
         make_gatherable(far, s.far_source, s.pool);
         edges.run({&near, &s.source, &s.far_source, &output, &projection->displacement(), projection->front(), cell_px, step, gaze, s.tuning.cubic}, *s.kernels, s.pool);
+    }
+    if (known_cell != 0) return Outcome::ok;
+    StandingRims::Job rims{&near, &far, &s.source, &s.far_source, &output, &s.tiles, job.all, job.fovea, job.fovea_tiles, step};
+    if (s.rims.find(rims)) {
+        make_gatherable(far, s.far_source, s.pool);
+        s.rims.run(rims);
     }
     return Outcome::ok;
 }

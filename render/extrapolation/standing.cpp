@@ -1,0 +1,250 @@
+#include "render/extrapolation/standing.hpp"
+
+#include <cmath>
+#include <cstring>
+
+namespace fovea::render::extrapolation {
+
+namespace {
+
+constexpr float kMoves_px = 0.75f;     // per frame, along an axis: slower, the two edges are not told apart
+constexpr int kNear_tiles = 2;         // from the rim to a tile that stands still with all around it
+constexpr int kBack_px = 16;           // as far as a field is smoothed
+constexpr int kBeyond_px = 4;          // that stand still as well where a standing surface is, and not a spot of one colour
+constexpr float kClearly = 1.5f;       // how much more contrast at the edge than one motion further back
+constexpr float kLeast = 4.0f;         // levels of 255, over four channels, per pixel asked
+constexpr float kFewest = 8;           // pixels: fewer do not decide
+
+std::size_t at(int x, int y, int width) noexcept { return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x); }
+
+bool same(const ConstImage& a, const ConstImage& b, int x, int y) noexcept {
+    const int bytes = bytes_per_pixel(a.format);
+    const std::byte *p = a.row(y) + static_cast<std::ptrdiff_t>(x) * bytes, *q = b.row(y) + static_cast<std::ptrdiff_t>(x) * bytes;
+    if (bytes == 4) {
+        std::uint32_t m, n;
+        std::memcpy(&m, p, 4);
+        std::memcpy(&n, q, 4);
+        return m == n;
+    }
+    return std::memcmp(p, q, static_cast<std::size_t>(bytes)) == 0;
+}
+
+// Which pixels of a tile, and of those around it, are equal in both sources; beyond the picture nothing is.
+struct Mask {
+    std::uint8_t same[kTilePx + 2][kTilePx + 2];
+    bool any = false, all = true;   // of them are
+
+    Mask(const ConstImage& a, const ConstImage& b, int x0, int y0) noexcept {
+        const int bytes = bytes_per_pixel(a.format);
+        if (bytes == 4 && x0 > 0 && y0 > 0 && x0 + kTilePx < a.width_px && y0 + kTilePx < a.height_px) {
+            unsigned most = 0, least = 1;
+            for (int j = 0; j < kTilePx + 2; ++j) {
+                std::uint32_t m[kTilePx + 2], n[kTilePx + 2];
+                std::memcpy(m, a.row(y0 - 1 + j) + static_cast<std::ptrdiff_t>(4) * (x0 - 1), sizeof m);
+                std::memcpy(n, b.row(y0 - 1 + j) + static_cast<std::ptrdiff_t>(4) * (x0 - 1), sizeof n);
+                for (int i = 0; i < kTilePx + 2; ++i) {
+                    const unsigned equal = m[i] == n[i] ? 1u : 0u;
+                    same[j][i] = static_cast<std::uint8_t>(equal);
+                    most |= equal;
+                    least &= equal;
+                }
+            }
+            any = most != 0;
+            all = least != 0;
+            return;
+        }
+        for (int j = 0; j < kTilePx + 2; ++j)
+            for (int i = 0; i < kTilePx + 2; ++i) {
+                const int x = x0 - 1 + i, y = y0 - 1 + j;
+                const bool inside = x >= 0 && y >= 0 && x < a.width_px && y < a.height_px;
+                bool equal = false;
+                if (inside) {
+                    const std::ptrdiff_t at_pixel = static_cast<std::ptrdiff_t>(x) * bytes;
+                    if (bytes == 4) {
+                        std::uint32_t m, n;
+                        std::memcpy(&m, a.row(y) + at_pixel, 4);
+                        std::memcpy(&n, b.row(y) + at_pixel, 4);
+                        equal = m == n;
+                    } else {
+                        equal = std::memcmp(a.row(y) + at_pixel, b.row(y) + at_pixel, static_cast<std::size_t>(bytes)) == 0;
+                    }
+                }
+                same[j][i] = equal;
+                any = any || equal;
+                all = all && (equal || !inside);
+            }
+    }
+};
+
+template <class Channel>
+float contrast(const Gatherable& g, int x, int y, int x2, int y2) noexcept {
+    Channel a[4], b[4];
+    std::memcpy(a, g.pixels + y * g.row_bytes + static_cast<std::ptrdiff_t>(sizeof a) * x, sizeof a);
+    std::memcpy(b, g.pixels + y2 * g.row_bytes + static_cast<std::ptrdiff_t>(sizeof b) * x2, sizeof b);
+    float sum = 0;
+    for (int c = 0; c < 4; ++c) {
+        const auto p = static_cast<float>(a[c]), q = static_cast<float>(b[c]);
+        float apart = std::fabs(p - q);
+        if constexpr (sizeof(Channel) > 1) apart *= 255.0f / std::max(std::max(std::fabs(p), std::fabs(q)), 1e-3f);   // light of any range
+        sum += apart < 255.0f ? apart : 255.0f;
+    }
+    return sum;
+}
+
+}  // namespace
+
+void StandingRims::resize(int columns, int rows) {
+    columns_ = columns;
+    rows_ = rows;
+    candidate_.assign(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows), 0);
+    sure_ = candidate_;
+    votes_.assign(candidate_.size(), {});
+}
+
+const Gather::Layer& StandingRims::layer_of(const Job& job, int column, int row) noexcept {
+    const Box& f = job.fovea_tiles;
+    return row >= f.y0 && row < f.y1 && column >= f.x0 && column < f.x1 ? job.fovea : job.all;
+}
+
+bool StandingRims::find(const Job& job) noexcept {
+    if (job.tiles->still_count == 0) return false;
+    // Tiles of one colour stand still for sure only where many do: the bricks of a wall that moves are of one colour too.
+    const auto around = [&](int column, int row, int by, const auto& holds) {
+        for (int j = std::max(row - by, 0); j <= std::min(row + by, rows_ - 1); ++j)
+            for (int i = std::max(column - by, 0); i <= std::min(column + by, columns_ - 1); ++i)
+                if (holds(i, j)) return true;
+        return false;
+    };
+    bool stands = false;
+    for (int row = 0; row < rows_; ++row)
+        for (int column = 0; column < columns_; ++column) {
+            const bool sure = job.tiles->is_still(column, row) && !around(column, row, 1, [&](int i, int j) { return !job.tiles->is_still(i, j); });
+            sure_[at(column, row, columns_)] = sure;
+            stands = stands || sure;
+        }
+    if (!stands) return false;
+    bool any = false;
+    for (int row = 0; row < rows_; ++row)
+        for (int column = 0; column < columns_; ++column) {
+            const std::size_t tile = at(column, row, columns_);
+            candidate_[tile] = 0;
+            votes_[tile] = {};
+            const Gather::Layer& layer = layer_of(job, column, row);
+            const int per_tile = kTilePx / layer.cell_px;
+            const Field& f = *layer.displacement;
+            const Box& moved = layer.touched;   // beyond, all is 0
+            const int i0 = std::max(column * per_tile, moved.x0), i1 = std::min((column + 1) * per_tile, moved.x1);
+            for (int y = std::max(row * per_tile, moved.y0); y < std::min((row + 1) * per_tile, moved.y1) && candidate_[tile] == 0; ++y) {
+                const float *u = f.u.data() + at(0, y, f.width), *v = f.v.data() + at(0, y, f.width);
+                for (int x = i0; x < i1; ++x) candidate_[tile] |= static_cast<std::uint8_t>((u[x] != 0) | (v[x] != 0));
+            }
+            if (candidate_[tile] == 0) continue;
+            candidate_[tile] = around(column, row, kNear_tiles, [&](int i, int j) { return sure_[at(i, j, columns_)] != 0; });
+            any = any || candidate_[tile] != 0;
+        }
+    return any;
+}
+
+template <class Channel>
+void StandingRims::vote(const Job& job, int column, int row) noexcept {
+    const ConstImage &near = *job.near, &far = *job.far;
+    const Gather::Layer& layer = layer_of(job, column, row);
+    const Field& f = *layer.displacement;
+    const int w = near.width_px, h = near.height_px, q = layer.cell_px, shift = q == 2 ? 1 : q == 4 ? 2 : 3;
+    Votes& votes = votes_[at(column, row, columns_)];
+    if (sure_[at(column, row, columns_)] != 0) return;   // no edge is there
+    const Mask mask(near, far, column * kTilePx, row * kTilePx);
+    if (!mask.any || mask.all) return;
+    const auto inside = [&](int x, int y) { return x >= 0 && y >= 0 && x < w && y < h; };
+    const float per_step = -1.0f / job.step;
+    // Pixel (x, y) stands still, and the one before it, on the way (dx, dy), does not.
+    const auto ask = [&](int x, int y, int dx, int dy) {
+        // Motion is smoothed at its edges: the most that goes this way or comes from here.
+        float mx = 0, my = 0, most = kMoves_px;
+        bool leads = true;
+        for (int k = 0; k <= kBack_px && inside(x - k * dx, y - k * dy); k += q) {
+            const std::size_t cell = at((x - k * dx) >> shift, (y - k * dy) >> shift, f.width);
+            const float u = f.u[cell] * per_step, v = f.v[cell] * per_step, along = u * static_cast<float>(dx) + v * static_cast<float>(dy);
+            if (!(std::fabs(along) > most)) continue;
+            most = std::fabs(along);
+            leads = along > 0;
+            mx = u;
+            my = v;
+        }
+        if (!(most > kMoves_px)) return;
+        // Where content comes in, all is the other way round: a thing that moves has its contrast one motion ahead in the nearer source.
+        const Gatherable& shown = leads ? *job.far_source : *job.near_source;
+        const int bx = static_cast<int>(std::lround(leads ? mx : -mx)), by = static_cast<int>(std::lround(leads ? my : -my));
+        // Of three pixels each: where the motion is a fraction off, and an edge mixed, it lies beside.
+        const int beside = most > 3 ? 1 : 0;
+        float here = 0, back = 0;
+        for (int k = -beside; k <= beside; ++k) {
+            const int hx = x + k * dx, hy = y + k * dy, px = hx - bx, py = hy - by;
+            if (!inside(hx, hy) || !inside(hx - dx, hy - dy) || !inside(px, py) || !inside(px - dx, py - dy)) return;
+            here = std::max(here, contrast<Channel>(shown, hx, hy, hx - dx, hy - dy));
+            back = std::max(back, contrast<Channel>(shown, px, py, px - dx, py - dy));
+        }
+        votes.here += here;
+        votes.back += back;
+        votes.pixels += 1;
+    };
+    for (int y = row * kTilePx; y < std::min((row + 1) * kTilePx, h); ++y)
+        for (int x = column * kTilePx; x < std::min((column + 1) * kTilePx, w); ++x) {
+            const int i = x - column * kTilePx + 1, j = y - row * kTilePx + 1;
+            if (mask.same[j][i] == 0) continue;
+            constexpr int kWays[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
+            for (const auto& way : kWays)
+                if (mask.same[j - way[1]][i - way[0]] == 0 && inside(x - way[0], y - way[1])) ask(x, y, way[0], way[1]);
+        }
+}
+
+void StandingRims::run(const Job& job) noexcept {
+    const bool floats = is_float(job.near->format);
+    for (int row = 0; row < rows_; ++row)
+        for (int column = 0; column < columns_; ++column) {
+            if (candidate_[at(column, row, columns_)] == 0) continue;
+            if (floats) vote<float>(job, column, row);
+            else vote<std::uint8_t>(job, column, row);
+        }
+    for (int row = 0; row < rows_; ++row)
+        for (int column = 0; column < columns_; ++column) {
+            if (candidate_[at(column, row, columns_)] == 0) continue;
+            Votes sum{};
+            for (int j = std::max(row - 1, 0); j <= std::min(row + 1, rows_ - 1); ++j)
+                for (int i = std::max(column - 1, 0); i <= std::min(column + 1, columns_ - 1); ++i) {
+                    const Votes& v = votes_[at(i, j, columns_)];
+                    sum.here += v.here;
+                    sum.back += v.back;
+                    sum.pixels += v.pixels;
+                }
+            if (!(sum.pixels >= kFewest && sum.here > kClearly * sum.back + kLeast * sum.pixels)) continue;
+            keep(job, column, row);
+        }
+}
+
+// Of a tile at a window's rim: what stands still stays, and comes along with nothing.
+void StandingRims::keep(const Job& job, int column, int row) noexcept {
+    const ConstImage &near = *job.near, &far = *job.far;
+    const Gather::Layer& layer = layer_of(job, column, row);
+    const Field& f = *layer.displacement;
+    const int w = near.width_px, h = near.height_px, q = layer.cell_px, bytes = bytes_per_pixel(near.format);
+    for (int y = row * kTilePx; y < std::min((row + 1) * kTilePx, h); ++y)
+        for (int x = column * kTilePx; x < std::min((column + 1) * kTilePx, w); ++x) {
+            bool stays = same(near, far, x, y);
+            const std::size_t cell = at(x / q, y / q, f.width);
+            const float u = f.u[cell], v = f.v[cell], longest = std::max(std::fabs(u), std::fabs(v));
+            if (!stays && longest > 0) {   // not only an even spot of the content: all the way on
+                stays = true;
+                for (int k = 0; k < kBeyond_px && stays; ++k) {
+                    const float part = 1.0f + static_cast<float>(k) / longest;
+                    const int sx = static_cast<int>(std::lround(static_cast<float>(x) + u * part)), sy = static_cast<int>(std::lround(static_cast<float>(y) + v * part));
+                    stays = sx >= 0 && sy >= 0 && sx < w && sy < h && same(near, far, sx, sy);
+                }
+            }
+            if (!stays) continue;
+            const std::ptrdiff_t at_pixel = static_cast<std::ptrdiff_t>(x) * bytes;
+            std::memcpy(job.output->row(y) + at_pixel, near.row(y) + at_pixel, static_cast<std::size_t>(bytes));
+        }
+}
+
+}  // namespace fovea::render::extrapolation
