@@ -282,7 +282,10 @@ TEST(Fovead, SaysAtOnceThatARecordingCanNoLongerBeWritten) {
     EXPECT_THAT(daemon.ask("status"), HasSubstr("\"state\":\"running\"")) << "gaze goes on";
     EXPECT_TRUE(eventually([&] { return daemon.number("dropped_rows") > 0; })) << daemon.ask("status");
     EXPECT_EQ(daemon.number("lost_samples"), 0) << "the recorder kept up; it was the disk";
-    EXPECT_THAT(test::run_program({FOVEA_BIN_DIR "/fovea", "status", "--run-dir", folder.path().string()}).out, ::testing::ContainsRegex("not written [0-9]+ rows"));
+    if (std::filesystem::exists(FOVEA_BIN_DIR "/fovea")) {   // the thread sanitizer's build has no command line
+        const auto status = test::run_program({FOVEA_BIN_DIR "/fovea", "status", "--run-dir", folder.path().string()});
+        EXPECT_THAT(status.out, ::testing::ContainsRegex("not written [0-9]+ rows"));
+    }
     EXPECT_EQ(daemon.stop(SIGTERM), 1);
     EXPECT_GT(samples(), 0u) << "what was written before is kept";
 }
