@@ -115,7 +115,7 @@ vec4 kernel(ivec2 at) {
     "        for (int x = 0; x < cell; ++x) sum += luma(texelFetch(image0, min(cell * at + ivec2(x, y), size - 1), 0));\n"   \
     "    return vec4(sum * (255.0 / float(cell * cell)), 0.0, 0.0, 1.0);\n"                                                  \
     "}\n"
-// Of the nearer source, and for now of the farther: they are the same where nothing differs.
+// Of the nearer source, and the same for the farther; where the two differ, the next pass writes the farther's own.
 inline constexpr const char* kNearLuma = "//K near luma\n" FOVEA_LUMA R"(
 layout(location = 0) out vec4 near_luma;
 layout(location = 1) out vec4 far_luma;
