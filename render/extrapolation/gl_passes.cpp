@@ -72,7 +72,7 @@ void GlPasses::release_images() noexcept {
         for (GLuint& t : l.back) drop(t);
     }
     levels_.clear();
-    for (GLuint* t : {&key_columns_, &key_, &tiles_, &blocks_, &counts_, &verdict_, &background_}) drop(*t);
+    for (GLuint* t : {&key_columns_, &key_, &tiles_, &blocks_, &counts_, &verdict_, &background_, &rims_, &votes_, &kept_}) drop(*t);
     for (GLuint& t : spans_) drop(t);
     for (GLuint& t : dense_) drop(t);
     regions_.release();
@@ -118,6 +118,8 @@ bool GlPasses::prepare(int width_px, int height_px) noexcept {
     counts_ = runner_.make_image(1, (finest.height + 7) / 8);
     verdict_ = runner_.make_image(1, 1);
     background_ = runner_.make_image(2, 1);
+    for (GLuint* t : {&rims_, &kept_}) *t = runner_.make_image((width_px + 15) / 16, (height_px + 15) / 16);
+    votes_ = runner_.make_image((width_px + 3) / 4, (height_px + 3) / 4);
     for (GLuint& t : spans_) t = runner_.make_image((finest.width + 7) / 8, (finest.height + 7) / 8);
     for (GLuint& t : dense_) t = runner_.make_image(finest.width, finest.height);
     if (gl_.GetError() == GL_OUT_OF_MEMORY) {
@@ -339,7 +341,36 @@ GLuint GlPasses::carry(GLuint motion, float step) noexcept {
     return dense_[0];
 }
 
-GLuint GlPasses::find_sides(GLuint displacement) noexcept {
+// After kEdges, in spans_[0].
+void GlPasses::find_rims(GLuint displacement, GLuint near, GLuint far, Format format, float step) noexcept {
+    GlRunner& r = runner_;
+    const int tiles_wide = (width_px_ + 15) / 16, tiles_high = (height_px_ + 15) / 16;
+    r.use(Kernel::rims);
+    r.bind(0, spans_[0]);
+    r.bind(1, regions_.still());
+    r.set_size(tiles_wide, tiles_high);
+    r.set_cell(cell_px_);
+    r.draw(rims_, 0, tiles_wide, tiles_high, over_all_if_any());
+    r.use(Kernel::vote);
+    r.bind(0, near);
+    r.bind(1, displacement);
+    r.bind(2, far);
+    r.bind(3, rims_);
+    r.bind(4, regions_.same());
+    r.set_size(width_px_, height_px_);
+    r.set_cell(cell_px_);
+    r.set_step(step);
+    r.set_reach(is_float(format) ? 1.0f : 0.0f);
+    r.set_rounds(format == Format::r8 ? 1 : 0);
+    r.draw(votes_, 0, (width_px_ + 3) / 4, (height_px_ + 3) / 4, over(List::reached, 4));
+    r.use(Kernel::keep);
+    r.bind(0, votes_);
+    r.bind(1, rims_);
+    r.set_size(tiles_wide, tiles_high);
+    r.draw(kept_, 0, tiles_wide, tiles_high, over_all_if_any());
+}
+
+GLuint GlPasses::find_sides(GLuint displacement, GLuint near, GLuint far, Format format, float step) noexcept {
     GlRunner& r = runner_;
     const int w = levels_[0].width, h = levels_[0].height, squares_wide = (w + 7) / 8, squares_high = (h + 7) / 8;
     constexpr float kMostEdges = 1.0f / 16;   // of the cells
@@ -357,10 +388,12 @@ GLuint GlPasses::find_sides(GLuint displacement) noexcept {
     r.set_size(1, squares_high);
     r.set_reach(kMostEdges);
     r.pass(Kernel::verdict, verdict_, 1, 1, over_all_if_any());
-    regions_.find_edges(spans_[0], verdict_);
+    find_rims(displacement, near, far, format, step);
+    regions_.find_edges(spans_[0], verdict_, kept_);
     r.use(Kernel::sides);
     r.bind(0, displacement);
     r.bind(1, background_);
+    r.bind(2, verdict_);
     r.set_size(w, h);
     r.pass(Kernel::sides, dense_[1], w, h, over(List::edges, cell_px_));
     return dense_[1];
@@ -373,7 +406,7 @@ bool GlPasses::run(GLuint near, int near_level, GLuint far, GLuint output, int o
     r.copy(near, near_level, output, output_level, width_px, height_px);
     regions_.find_moving(near, far);
     make_levels(near, far, format);
-    const GLuint displacement = carry(find_motion(), step), sides = find_sides(displacement);
+    const GLuint displacement = carry(find_motion(), step), sides = find_sides(displacement, near, far, format, step);
     for (const bool judged : {false, true}) {
         r.use(judged ? r.programs().judged_gather(format) : r.programs().gather(format));
         if (!is_float(format))
@@ -381,6 +414,9 @@ bool GlPasses::run(GLuint near, int near_level, GLuint far, GLuint output, int o
         r.bind(0, near);
         r.bind(1, judged ? sides : displacement);
         r.bind(2, far);
+        r.bind(3, kept_);
+        r.bind(4, regions_.same());
+        r.bind(6, displacement);
         r.set_size(width_px, height_px);
         r.set_cell(cell_px_);
         r.set_step(step);

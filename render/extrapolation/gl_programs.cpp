@@ -7,6 +7,7 @@
 #include "render/extrapolation/gl_shaders_edges.hpp"
 #include "render/extrapolation/gl_shaders_field.hpp"
 #include "render/extrapolation/gl_shaders_regions.hpp"
+#include "render/extrapolation/gl_shaders_standing.hpp"
 
 namespace fovea::render::extrapolation {
 
@@ -17,7 +18,7 @@ struct Row {
     const char* source;
     bool computed = false, words = false, own_main = false;
 };
-constexpr Row kTable[] = {{.source = shaders::kCompare},
+constexpr Row kTable[] = {{.source = shaders::kCompare, .words = true},
                           {.source = shaders::kStill},
                           {.source = shaders::kMoving},
                           {.source = shaders::kReached},
@@ -48,6 +49,9 @@ constexpr Row kTable[] = {{.source = shaders::kCompare},
                           {.source = shaders::kDisplacement},
                           {.source = shaders::kFill},
                           {.source = shaders::kEdges},
+                          {.source = shaders::kRims},
+                          {.source = shaders::kVote},
+                          {.source = shaders::kKeep},
                           {.source = shaders::kNearEdges},
                           {.source = shaders::kSides},
                           {.source = shaders::kCopy}};
@@ -126,7 +130,7 @@ Result<void> GlPrograms::build(bool compute) {
     for (int i = 0; i < 4; ++i) {
         const bool floats = i % 2 == 1, judged = i >= 2;
         const std::string body = std::string(shaders::kGatherHead) + (floats ? shaders::kGatherFloats : shaders::kGatherBytes) +
-                                 (judged ? std::string(floats ? shaders::kJudgedFloats : shaders::kJudgedBytes) + shaders::kJudged : shaders::kDisplaced);
+                                 (judged ? std::string(floats ? shaders::kJudgedFloats : shaders::kJudgedBytes) + shaders::kStays + shaders::kJudged : shaders::kDisplaced);
         gathers_[i] = link(gl_, body, false, {}, log);
         if (gathers_[i].name == 0) return failed();
     }

@@ -17,8 +17,8 @@ struct GlProgram {
 };
 
 // In the order of their run; kCopy reads a texture that cannot be attached.
-enum class Kernel : std::uint8_t { compare, still, moving, reached, blocks, runs, rectangles, row_count, prefix, list, args, key_columns, key, near_luma, far_luma, tiles, halve, search, balance, spread, smooth, judge, count, verdict, carry, background, span, widen, displacement, fill, edges, near_edges, sides, copy };
-inline constexpr int kKernels = 34;
+enum class Kernel : std::uint8_t { compare, still, moving, reached, blocks, runs, rectangles, row_count, prefix, list, args, key_columns, key, near_luma, far_luma, tiles, halve, search, balance, spread, smooth, judge, count, verdict, carry, background, span, widen, displacement, fill, edges, rims, vote, keep, near_edges, sides, copy };
+inline constexpr int kKernels = 37;
 
 class GlPrograms {
 public:

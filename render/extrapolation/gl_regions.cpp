@@ -60,7 +60,7 @@ void GlRegions::resize(int width_px, int height_px, int finest_width, int finest
     const auto tiles = [&](int cells) { return per((per(cells, kPatchCells) + 1) * kPatchCells * cell_px_, tile_px_); };
     const int columns = tiles(finest_width), rows = tiles(finest_height);
     entries_ = Args::kLevel + levels;
-    same_ = runner_.make_image(per(width_px, kPartPx), per(height_px, kPartPx), GL_R8);
+    same_ = runner_.make_image(per(width_px, kPartPx), per(height_px, kPartPx), GL_R16UI);
     still_ = runner_.make_image(per(width_px, kComparedPx), per(height_px, kComparedPx));
     make(moving_, columns, rows, false);
     make(reached_, columns, rows, false);
@@ -121,7 +121,7 @@ void GlRegions::find_moving(GLuint near, GLuint far) noexcept {
     r.set_size(width_px_, height_px_);
     r.draw(same_, 0, per(width_px_, kPartPx), per(height_px_, kPartPx), over_all());
     r.use(Kernel::still);
-    r.bind(0, same_);
+    r.bind(4, same_);
     r.set_size(per(width_px_, kPartPx), per(height_px_, kPartPx));
     r.draw(still_, 0, compared_wide, compared_high, over_all());
     r.use(Kernel::moving);
@@ -152,6 +152,7 @@ void GlRegions::list_later(const Lister& l, GLuint squares, List which, Kernel k
     r.clear(l.map, {0, 0, 0, 0});
     r.use(kernel);
     r.bind(0, squares);
+    r.set_rounds(tile_px_ / kComparedPx);
     r.set_size(per(finest_width_, kSpanCells), per(finest_height_, kSpanCells));
     r.set_cell(std::max(tile_px_ / (kSpanCells * cell_px_), 1));
     r.draw(l.map, 0, l.columns, l.rows, over_all_if_any());
@@ -164,8 +165,9 @@ void GlRegions::list_later(const Lister& l, GLuint squares, List which, Kernel k
 
 void GlRegions::find_reached(GLuint spans) noexcept { list_later(reached_, spans, List::reached, Kernel::reached); }
 
-void GlRegions::find_edges(GLuint edges, GLuint few) noexcept {
+void GlRegions::find_edges(GLuint edges, GLuint few, GLuint kept) noexcept {
     runner_.bind(1, few);
+    runner_.bind(2, kept);
     list_later(edges_, edges, List::edges, Kernel::near_edges);
 }
 

@@ -29,9 +29,10 @@ public:
     // The list `reached`; spans: of kWiden, over squares of 8 cells.
     void find_reached(GLuint spans) noexcept;
 
-    // The list `edges`; edges: of kEdges, over the same squares; few: of kVerdict.
-    void find_edges(GLuint edges, GLuint few) noexcept;
+    // The list `edges`; edges: of kEdges, over the same squares; few: of kVerdict; kept: of kKeep.
+    void find_edges(GLuint edges, GLuint few, GLuint kept) noexcept;
 
+    [[nodiscard]] GLuint same() const noexcept { return same_; }     // of kCompare
     [[nodiscard]] GLuint still() const noexcept { return still_; }   // per 16x16 pixels: red 1 where both sources are the same, bit for bit
     struct Counts {
         int moving = 0, reached = 0, edges = 0, all = 0;   // tiles

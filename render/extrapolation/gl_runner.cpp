@@ -82,7 +82,7 @@ void GlRunner::run_draw(int width, int height, const Over& where) noexcept {
     if (where.what == Over::What::list) {
         bind(kListUnit, lists_[static_cast<int>(where.list)]);
         gl_.Uniform4i(current_.place, tile_px_ / where.texel_px, 0, width, height);
-        return gl_.DrawArraysIndirect(GL_TRIANGLE_STRIP, buffer_offset(Args::of(where.list)));
+        return gl_.DrawArraysIndirect(GL_TRIANGLES, buffer_offset(Args::of(where.list)));
     }
     gl_.Uniform4i(current_.place, 0, 0, width, height);
     if (where.what == Over::What::everything) return gl_.DrawArrays(GL_TRIANGLES, 0, 3);

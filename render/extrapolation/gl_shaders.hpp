@@ -43,7 +43,7 @@ void main() {
     vec2 p = vec2(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0);
     if (place.x > 0) {
         uvec2 words = texelFetch(places, ivec2(gl_InstanceID & 255, gl_InstanceID >> 8), 0).xy;
-        vec2 corner = vec2(words.x & 0xffffu, words.x >> 16) + vec2(words.y & 0xffffu, words.y >> 16) * vec2(gl_VertexID & 1, gl_VertexID >> 1);
+        vec2 corner = vec2(words.x & 0xffffu, words.x >> 16) + vec2(words.y & 0xffffu, words.y >> 16) * vec2((0x1a >> gl_VertexID) & 1, (0x34 >> gl_VertexID) & 1);
         p = 2.0 * corner * float(place.x) / vec2(place.zw) - 1.0;
     }
     gl_Position = vec4(p, 0.0, 1.0);

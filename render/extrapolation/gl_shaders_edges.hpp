@@ -3,36 +3,41 @@
 
 namespace fovea::render::extrapolation::shaders {
 
-// Squares of 8x8 cells: y how many cells, z how many beside which something is displaced otherwise. image0: of kFill; size: of it.
+// Squares of 8x8 cells: x 1 where any is displaced, y how many cells, z how many beside which something is displaced otherwise. image0: of kFill; size: of it.
 inline constexpr const char* kEdges = R"(//K edges
 vec4 kernel(ivec2 at) {
-    float cells = 0.0, edges = 0.0;
+    float moves = 0.0, cells = 0.0, edges = 0.0;
     for (int y = 8 * at.y; y < min(8 * at.y + 8, size.y); ++y)
         for (int x = 8 * at.x; x < min(8 * at.x + 8, size.x); ++x) {
             ivec2 p = ivec2(x, y);
             vec2 d = texelFetch(image0, p, 0).xy;
             vec2 across = abs(texelFetch(image0, min(p + ivec2(1, 0), size - 1), 0).xy - d), down = abs(texelFetch(image0, min(p + ivec2(0, 1), size - 1), 0).xy - d), most = max(across, down);
+            moves = d == vec2(0.0) ? moves : 1.0;
             cells += 1.0;
             edges += max(most.x, most.y) >= 0.7 ? 1.0 : 0.0;
         }
-    return vec4(0.0, cells, edges, 1.0);
+    return vec4(moves, cells, edges, 1.0);
 }
 )";
 
-// 1 where there is an edge in this tile or beside it. image0: of kEdges, `cell` to a tile along each axis; size: of it; image1: 0
-// where there are so many that the field is noise, and has no surfaces to tell apart.
+// 1 where there is an edge in this tile or beside it, or what stands still is kept. image0: of kEdges, `cell` to a tile along each
+// axis; size: of it; image1: 0 where there are so many that the field is noise, and has no surfaces to tell apart; image2: of kKeep,
+// `rounds` to a tile.
 inline constexpr const char* kNearEdges = R"(//K near edges
 vec4 kernel(ivec2 at) {
     ivec2 first = max((at - 1) * cell, ivec2(0)), last = min((at + 2) * cell, size);
-    float edges = 0.0;
+    float edges = 0.0, kept = 0.0;
     for (int y = first.y; y < last.y; ++y)
         for (int x = first.x; x < last.x; ++x) edges += texelFetch(image0, ivec2(x, y), 0).z;
-    return vec4(edges > 0.5 && texelFetch(image1, ivec2(0), 0).r > 0.5 ? 1.0 : 0.0);
+    ivec2 end = min(rounds * (at + 1), textureSize(image2, 0));
+    for (int y = rounds * at.y; y < end.y; ++y)
+        for (int x = rounds * at.x; x < end.x; ++x) kept += texelFetch(image2, ivec2(x, y), 0).r;
+    return vec4(edges * texelFetch(image1, ivec2(0), 0).r + kept > 0.5 ? 1.0 : 0.0);
 }
 )";
 
 // The two displacements that meet at a cell, in front (xy) and behind (zw); the same where none do. image0: of kFill, with -1 in w
-// where nothing moves; image1: the background; size: of image0.
+// where nothing moves; image1: the background; image2: as image1 of kNearEdges; size: of image0.
 inline constexpr const char* kSides = R"(//K sides
 float front(ivec2 p) {
     vec3 e = vec3(1.0, vec2(p) / vec2(size));
@@ -50,11 +55,11 @@ vec4 kernel(ivec2 at) {
         if (f < behind.z) behind = vec3(there.xy, f);
     }
     vec2 apart = abs(ahead.xy - behind.xy);
-    return ahead.z < 0.0 || max(apart.x, apart.y) < 0.7 ? vec4(0.0) : vec4(ahead.xy, behind.xy);
+    return texelFetch(image2, ivec2(0), 0).r < 0.5 || ahead.z < 0.0 || max(apart.x, apart.y) < 0.7 ? vec4(0.0) : vec4(ahead.xy, behind.xy);
 }
 )";
 
-// image0: near, image1: of kSides, image2: far; step_px: the step, in frame times; rounds from 2 on: one channel, taken as grey.
+// image0: near, image1: of kSides, image2: far; the others: of kStays; step_px: the step, in frame times; rounds from 2 on: one channel, taken as grey.
 // Where the motion in front says that the pixel came from: does src1 agree with it clearly better than with the one behind? Else the
 // same of the one behind; where neither holds, something was uncovered, and what was gathered stays.
 inline constexpr const char* kJudged = R"(//K judged
@@ -66,6 +71,7 @@ float mismatch(ivec2 p, vec2 d) {
 vec4 kernel(ivec2 at) {
     const float kClearly = 6.0;
     vec4 sides = texelFetch(image1, at / cell, 0);
+    if (stays(at)) return texelFetch(image0, at, 0);
     if (sides.xy == sides.zw) discard;
     vec2 d = sides.xy;
     bool chosen = false;

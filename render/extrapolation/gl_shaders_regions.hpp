@@ -5,26 +5,27 @@
 
 namespace fovea::render::extrapolation::shaders {
 
-// Red 1 where 4x4 pixels of image0 and image1 are the same, bit for bit; size: of both.
+// Of 4x4 pixels, which of image0 and image1 are the same, bit for bit: bit 4y + x; size: of both.
 inline constexpr const char* kCompare = R"(//K compare
-vec4 kernel(ivec2 at) {
-    uvec4 differs = uvec4(0u);
+RESULT kernel(ivec2 at) {
+    uint same = 0u;
     ivec2 first = 4 * at;
     for (int y = 0; y < 4; ++y)
         for (int x = 0; x < 4; ++x) {
             ivec2 p = min(first + ivec2(x, y), size - 1);
-            differs |= floatBitsToUint(texelFetch(image0, p, 0)) ^ floatBitsToUint(texelFetch(image1, p, 0));
+            uvec4 differs = floatBitsToUint(texelFetch(image0, p, 0)) ^ floatBitsToUint(texelFetch(image1, p, 0));
+            same |= (differs.x | differs.y | differs.z | differs.w) == 0u ? 1u << (4 * y + x) : 0u;
         }
-    return vec4(differs == uvec4(0u) ? 1.0 : 0.0);
+    return uvec4(same);
 }
 )";
 
-// Tiles of image0, of kCompare; size: of it.
+// 1 where a tile stands still. patches: of kCompare; size: of it.
 inline constexpr const char* kStill = R"(//K still
 vec4 kernel(ivec2 at) {
     float still = 1.0;
     for (int y = 4 * at.y; y < min(4 * at.y + 4, size.y); ++y)
-        for (int x = 4 * at.x; x < min(4 * at.x + 4, size.x); ++x) still = min(still, texelFetch(image0, ivec2(x, y), 0).r);
+        for (int x = 4 * at.x; x < min(4 * at.x + 4, size.x); ++x) still = min(still, texelFetch(patches, ivec2(x, y), 0).r == 0xffffu ? 1.0 : 0.0);
     return vec4(still);
 }
 )";
@@ -139,7 +140,7 @@ layout(binding = 5) uniform highp usampler2D places;
 RESULT kernel(ivec2 at) {
     uvec4 all = texelFetch(patches, ivec2(0, textureSize(patches, 0).y - 1), 0);
     uint any = min(all.x, 1u);
-    if (at.x == 0) return uvec4(4u, all.x, 0u, 0u);
+    if (at.x == 0) return uvec4(6u, all.x, 0u, 0u);
     if (at.x == 1) return uvec4(all.y, 0u, 0u, 0u);
     if (at.x == 2) return uvec4(3u, any, 0u, 0u);
     if (at.x == 3) return uvec4(texelFetch(places, ivec2(0, textureSize(places, 0).y - 1), 0).x, uvec2(cell), 0u);

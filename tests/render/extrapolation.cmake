@@ -12,6 +12,7 @@ fovea_test(fovea_extrapolation_gl_test SOURCES
   extrapolation_gl_quality_test.cpp
   extrapolation_gl_state_test.cpp
   extrapolation_gl_test.cpp
+  extrapolation_gl_window_test.cpp
   extrapolation_gl_work_test.cpp
   LINK fovea_extrapolation fovea_gl PkgConfig::egl
   LABELS render asan)

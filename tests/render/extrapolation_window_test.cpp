@@ -3,42 +3,15 @@
 #include <gtest/gtest.h>
 
 #include "tests/render/extrapolation_engine.hpp"
+#include "tests/render/extrapolation_window.hpp"
 
-using namespace fovea::render::extrapolation;
+using namespace fovea::test::window;
 using fovea::test::engine;
-using fovea::test::noise;
 using fovea::test::Picture;
 using fovea::test::psnr;
 using fovea::test::run;
 
 namespace {
-
-constexpr int kSize = 192;
-
-struct Scene {
-    int x0, y0, x1, y1;       // the window, or the thing at time 0
-    bool plain, moves;        // surroundings of one colour; the frame moves with its content
-    float u, v;               // pixels per frame
-};
-
-Picture at_time(const Scene& s, float t, Format format = Format::rgba8) {
-    Picture p(kSize, kSize, format);
-    const float dx = s.u * t, dy = s.v * t;
-    for (int y = 0; y < kSize; ++y)
-        for (int x = 0; x < kSize; ++x) {
-            const auto fx = static_cast<float>(x), fy = static_cast<float>(y);
-            const float wx = s.moves ? fx - dx : fx, wy = s.moves ? fy - dy : fy;
-            if (wx >= static_cast<float>(s.x0) && wx < static_cast<float>(s.x1) && wy >= static_cast<float>(s.y0) && wy < static_cast<float>(s.y1)) {
-                const float n = noise(1.5f * (fx - dx), 1.5f * (fy - dy), 77), m = noise(1.5f * (fx - dx), 1.5f * (fy - dy), 78);
-                p.set(x, y, {0.3f + 0.7f * n, m, 0.9f - 0.6f * n, 1});
-            } else if (s.plain) {
-                p.set(x, y, {0.2f, 0.25f, 0.3f, 1});
-            } else {
-                p.set(x, y, {noise(fx, fy, 5), noise(fx, fy, 6), noise(fx, fy, 7), 1});
-            }
-        }
-    return p;
-}
 
 struct Measured {
     double repeated, made;
@@ -50,8 +23,6 @@ Measured measure(const Scene& s, float factor = 0.5f) {
     EXPECT_EQ(run(e, a, b, out, factor), Outcome::ok);
     return {psnr(factor < -0.5f ? a : b, truth), psnr(out, truth)};
 }
-
-constexpr float kWays[][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}, {0.8f, 0.6f}};
 
 TEST(ExtrapolationWindow, ContentThatScrollsStaysInsideItsWindow) {
     for (const bool plain : {false, true})
@@ -73,14 +44,6 @@ TEST(ExtrapolationWindow, AThingOfTheSameSizeStillMoves) {
                 const Measured m = measure(s);
                 EXPECT_GE(m.made, m.repeated + 3) << (plain ? "plain, " : "textured, ") << s.u << " " << s.v;
             }
-}
-
-// What stands still outside of the window, to the last bit.
-bool frame_stands(const Picture& out, const Picture& source, const Scene& s) {
-    for (int y = 0; y < kSize; ++y)
-        for (int x = 0; x < kSize; ++x)
-            if ((x < s.x0 || x >= s.x1 || y < s.y0 || y >= s.y1) && std::memcmp(out.at(x, y), source.at(x, y), static_cast<std::size_t>(bytes_per_pixel(out.format))) != 0) return false;
-    return true;
 }
 
 TEST(ExtrapolationWindow, TheFrameStandsInEveryPresetFormatAndDirectionOfTime) {
