@@ -262,8 +262,8 @@ FOVEA_INLINE void warp_float(const WarpRow& row, bool cubic) {
             V4 v;
             float_pixel(v, row, px, py);
             const float w = ((k & 1) != 0 ? fx : 1 - fx) * (k > 1 ? fy : 1 - fy);
-            low = k == 0 ? v : (low < v ? low : v);
-            high = k == 0 ? v : (high > v ? high : v);
+            low = total == 0 ? v : (low < v ? low : v);
+            high = total == 0 ? v : (high > v ? high : v);
             // Weighted first: the sum of two numbers near the largest one must not overflow.
             sum += v * w;
             total += w;
@@ -287,9 +287,11 @@ FOVEA_INLINE void warp_float(const WarpRow& row, bool cubic) {
                 }
                 all += across * (static_cast<float>(wy[r]) / 128.0f);
             }
-            all = all > low ? all : low;
-            sum = all < high ? all : high;
+            sum = all;
         }
+        // The linear mean too: its rounding would make an alpha of 1 more than 1, and the largest number an infinity.
+        sum = sum > low ? sum : low;
+        sum = sum < high ? sum : high;
         __builtin_memcpy(out, &sum, sizeof sum);
     }
 }

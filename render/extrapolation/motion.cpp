@@ -345,7 +345,7 @@ void MotionSearch::run(const Tuning& tuning, const TileMap& tiles, const Kernels
     if (backward_level < levels()) check_backward(backward_level > 0 ? active_at(backward_level) : active_, active_.grown(8, finest.width, finest.height), backward_level);
     smooth(active_, tiles, tuning.smoothing_passes, kernels, pool);
     validate(tiles, nullptr);
-    stand_still(finest, active_, cell_px_, tiles);
+    stand_still(finest, active_at(0), cell_px_, tiles);   // whole strides were searched
 }
 
 }  // namespace fovea::render::extrapolation

@@ -24,6 +24,8 @@ public:
     // From the two lumas of level 0 (already filled, with padding).
     void run(const Tuning& tuning, const TileMap& tiles, const Kernels& kernels, ThreadPool& pool) noexcept;
     [[nodiscard]] const Field& field() const noexcept { return forward_[0]; }
+    // Per cell of field(): 1, or less where the way back contradicts it. Of the last run with a way back.
+    [[nodiscard]] const std::vector<float>& trust() const noexcept { return trust_; }
     // Everything outside of it stands still.
     [[nodiscard]] const Box& active() const noexcept { return active_; }
     // Of the textured blocks, how many nothing explains; above kCutFraction the two sources do not belong together.

@@ -99,8 +99,8 @@ void MotionSearch::run_fine(const Fovea& fovea, float step, const Tuning& tuning
         smooth(box, tiles, tuning.smoothing_passes, kernels, pool);
     }
     validate(tiles, &fovea.box);
-    stand_still(coarse, coarse_active(), 2 * cell_px_, tiles);
-    if (box.x1 > 0) stand_still(finest, common(fine_, active_), cell_px_, tiles);
+    stand_still(coarse, active_at(1), 2 * cell_px_, tiles);
+    if (box.x1 > 0) stand_still(finest, common(fine_, active_at(0)), cell_px_, tiles);
 }
 
 }  // namespace fovea::render::extrapolation

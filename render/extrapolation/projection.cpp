@@ -264,7 +264,10 @@ void Projection::fill_holes(int cell_px, const Carry* carry) noexcept {
             float& u = out_.u[at(x, y)];
             float& v = out_.v[at(x, y)];
             u = v = 0;
-            if (has_far_) sources_[at(x, y)] = kFirstOnly;
+            if (has_far_) {
+                sources_[at(x, y)] = kFirstOnly;
+                far_.u[at(x, y)] = far_.v[at(x, y)] = 0;   // the cells beside it mix it in
+            }
             constexpr int kWays[4][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
             Hole hole{x, y, {}, {}, -1, false};
             auto& found = hole.found;

@@ -1,6 +1,8 @@
 // Writes the first inputs of the corpora: argument, the folder `corpus`. What libFuzzer finds is added to them by hand.
+#include <array>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -140,6 +142,23 @@ void pupil() {
     write("pupil", "no_jpeg", {2, 40, 40, 0, 0, 0, 0xFF, 0xD8, 0xFF, 0xE0, 0, 16, 'J', 'F', 'I', 'F', 0});
 }
 
+// Every format, hint and kind of factor once; the rest of each is rectangles of odd bits.
+void extrapolation() {
+    constexpr std::uint8_t kRectangles[] = {1, 9, 12, 5, 5, 0, 0, 0xC0, 0x7F, 0, 30, 20, 9, 3, 0, 0, 0x80, 0x7F, 1, 40, 33, 1, 1, 1, 0, 0, 0, 1, 50, 9, 14, 14, 0xFF, 0xFB, 0xFF, 0x7B};
+    for (std::uint8_t format = 0; format < 7; ++format)
+        for (std::uint8_t hint = 0; hint < 4; ++hint) {
+            const auto flags = static_cast<std::uint8_t>(std::array<int, 4>{0, 4, 8 + 16, 8 + 16 + 32}[hint] + (format + hint) % 4 + (format % 2 == 0 ? 128 : 0));
+            Bytes b = {static_cast<std::uint8_t>(63 + format), static_cast<std::uint8_t>(47 + 5 * hint), format, flags, static_cast<std::uint8_t>((format + 2 * hint) % 9)};
+            add(b, Bytes{1, 2, 2, 3, static_cast<std::uint8_t>(20 + 3 * hint), static_cast<std::uint8_t>(256 - 11)});
+            if (format > 2) b.push_back(static_cast<std::uint8_t>(format + hint));
+            if (flags & 8) add(b, Bytes{static_cast<std::uint8_t>(format % 3), 3, 40, 0, 5, 4, 4, 90, 1, 1, 1, 6, 0, 2, 3, 0, 5});
+            add(b, Bytes(std::begin(kRectangles), std::end(kRectangles)));
+            write("extrapolation", "format" + std::to_string(format) + "_hint" + std::to_string(hint), b);
+        }
+    write("extrapolation", "one_pixel", {0, 0, 5, 128, 0, 0, 0, 0, 0, 8, 8, 6, 1, 0, 0, 0, 0, 9, 9, 9, 9});
+    write("extrapolation", "still", {69, 69, 0, 2, 0, 0, 0, 0, 0, 0, 0});
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -149,5 +168,6 @@ int main(int argc, char** argv) {
     usb();
     camera();
     pupil();
+    extrapolation();
     return 0;
 }

@@ -2,6 +2,7 @@
 fovea_test(fovea_extrapolation_test SOURCES
   allocation_count.cpp
   extrapolation_known_test.cpp
+  extrapolation_steps_test.cpp
   extrapolation_test.cpp
   extrapolation_window_test.cpp
   threads_test.cpp

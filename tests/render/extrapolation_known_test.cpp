@@ -249,6 +249,27 @@ TEST(KnownMotion, AfterACutOnlyTheLastFrameIsCarriedOn) {
     EXPECT_GT(psnr(out, moved_noise(128, 96, Format::rgba8, 6, 0), 8), 35);
 }
 
+TEST(KnownMotion, TheFrameIsTheSameWhateverCameBefore) {
+    // Cells of four pixels, and a third of the picture that nothing lands on, further from all else than is looked for.
+    constexpr int kWidth = 640, kHeight = 32, kCell = 4;
+    const auto known = [](float left, float right) {
+        Known k(kWidth / kCell, kHeight / kCell);
+        for (int y = 0; y < k.height; ++y)
+            for (int x = 0; x < k.width; ++x) k.set(x, y, x < k.width / 2 ? left : right, 0, 3);
+        return k;
+    };
+    const Known apart = known(-150, 150), together = known(3, 3);
+    const Picture a = moved_noise(kWidth, kHeight, Format::rgba8, 0, 0), b = moved_noise(kWidth, kHeight, Format::rgba8, 3, 0);
+    const KnownMotion first = together.view(), second = apart.view();
+    Picture out(kWidth, kHeight, Format::rgba8), fresh(out);
+    auto e = engine(), other = engine();
+    ASSERT_EQ(run(e, a, b, out, 0.5f, {.motion = &first}), Outcome::ok);
+    ASSERT_EQ(run(e, b, b, out, 1.0f, {.motion = &second}), Outcome::ok);
+    ASSERT_EQ(run(e, a, b, out, 1.0f, {.motion = &second}), Outcome::ok);
+    ASSERT_EQ(run(other, a, b, fresh, 1.0f, {.motion = &second}), Outcome::ok);
+    EXPECT_EQ(out, fresh);
+}
+
 TEST(KnownMotion, InfinitiesAndNansOfEitherSourceStayWhereTheyAre) {
     Picture a = moved_noise(64, 48, Format::rgba32f, 0, 0), b = moved_noise(64, 48, Format::rgba32f, 4, 0);
     a.set(20, 20, {kNan, kInf, 0, 1});
