@@ -164,7 +164,7 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
         const Field& sized = s.known_projection.displacement();
         if (sized.width != hints.motion->width || sized.height != hints.motion->height || (with_depth && !s.known_with_depth)) try {
                 if (with_depth) {
-                    s.known_projection.resize_known(hints.motion->width, hints.motion->height);
+                    s.known_projection.resize_known(hints.motion->width, hints.motion->height, src1.width_px, src1.height_px);
                 } else {
                     s.known_projection.resize(hints.motion->width, hints.motion->height);
                 }

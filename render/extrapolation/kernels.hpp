@@ -8,6 +8,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "render/extrapolation/path_bend.hpp"
+
 namespace fovea::render::extrapolation {
 
 inline constexpr int kPatchPx = 8;    // edge of a patch of the search, pixels of its level
@@ -87,6 +89,7 @@ struct CarryJob {
     const float *motion, *ahead;   // pairs per cell; one of them may be null: see KnownMotion
     const float* depth;
     float step;                    // of `motion`, where `ahead` is null
+    const PathBend* bend;          // how it bends, if it does; null: not at all
     int width, height, cell_px;
     float reach_px;
     const void* pixels;            // of the nearer source, one per cell: four channels of 8 bits, or four floats; null: not told

@@ -29,6 +29,15 @@ static void load_carry_row(const CarryJob& job, int y) {
     splat(nowhere, kNowhere_px);
     splat(reach, job.reach_px);
     splat(factor, scale);
+    // Where nothing bends, all of this is 0.
+    V8 bend[2][2], slope[2][2], place;
+    const float cells = 0.5f * scale * (1 + scale) / static_cast<float>(job.cell_px), row_at = static_cast<float>(y);
+    for (int i = 0; i < 4; ++i) {
+        const float* g = job.bend == nullptr ? nullptr : i < 2 ? job.bend->u[i] : job.bend->v[i - 2];
+        splat(bend[i / 2][i % 2], g == nullptr ? 0.0f : cells * (g[0] + g[2] * row_at));
+        splat(slope[i / 2][i % 2], g == nullptr ? 0.0f : cells * g[1]);
+    }
+    for (int k = 0; k < 8; ++k) place[k] = static_cast<float>(k);
     for (int x = 0; x < job.width; x += 8) {
         // The last few are read from a copy, and what lies beyond the row is written over below.
         float pairs[2][16], last[8];
@@ -47,7 +56,15 @@ static void load_carry_row(const CarryJob& job, int y) {
         V8 low, high, u, v, size_u, size_v, front;
         load(low, p);
         load(high, p + 8);
-        V8 a = __builtin_shuffle(low, high, I8{0, 2, 4, 6, 8, 10, 12, 14}) * factor, c = __builtin_shuffle(low, high, I8{1, 3, 5, 7, 9, 11, 13, 15}) * factor;
+        V8 a = __builtin_shuffle(low, high, I8{0, 2, 4, 6, 8, 10, 12, 14}), c = __builtin_shuffle(low, high, I8{1, 3, 5, 7, 9, 11, 13, 15});
+        const V8 first = a, other = c;
+        a *= factor;
+        c *= factor;
+        if (job.bend != nullptr) {
+            a += (bend[0][0] + slope[0][0] * place) * first + (bend[0][1] + slope[0][1] * place) * other;
+            c += (bend[1][0] + slope[1][0] * place) * first + (bend[1][1] + slope[1][1] * place) * other;
+            place += 8.0f;
+        }
         absolute(size_u, a);
         absolute(size_v, c);
         const I8 ok = (size_u <= reach) & (size_v <= reach);

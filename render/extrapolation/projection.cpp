@@ -25,8 +25,9 @@ void Projection::resize(int width, int height) {
     front_.assign(out_.u.size(), kNothing);
 }
 
-void Projection::resize_known(int width, int height) {
+void Projection::resize_known(int width, int height, int width_px, int height_px) {
     resize(width, height);
+    border_.resize(width_px, height_px);
     far_.resize(width, height);
     sources_.assign(out_.u.size(), kBoth);
     carry_.assign(carry_scratch(width), 0.0f);
@@ -185,13 +186,18 @@ void Projection::run_known(const KnownMotion& known, float step, int cell_px, fl
     touched_ = {0, 0, out_.width, out_.height};
     has_far_ = known.motion_px != nullptr;
     if (has_far_) std::fill(sources_.begin(), sources_.end(), static_cast<std::uint8_t>(kBoth));
-    moves_ = kernels.carry({known.motion_px, known.ahead_px, known.depth, step, out_.width, out_.height, cell_px, reach_px,
+    // Who does not say where each point will be says by its motion how paths bend.
+    PathBend bend;
+    const bool bends = known.ahead_px == nullptr;
+    if (bends) bend = fit_path_bend(known.motion_px, out_.width, out_.height, reach_px);
+    moves_ = kernels.carry({known.motion_px, known.ahead_px, known.depth, step, bends ? &bend : nullptr, out_.width, out_.height, cell_px, reach_px,
                             cell_px == 1 ? source.pixels : nullptr, source.row_bytes, floats, carry_.data(), front_.data(),
                             has_far_ && cell_px == 1 ? sources_.data() : nullptr, out_.u.data(), out_.v.data(),
                             far_.u.data(), far_.v.data()});
     filled_ = 0;
     if (moves_) {
         const Carry carry{&known, step, cell_px};
+        border_.find(source, floats);
         fill_holes(cell_px, &carry);
     }
 }
@@ -250,7 +256,6 @@ void Projection::fill_from_far(const Hole& hole, const float* depth, int cell_px
 }
 
 void Projection::fill_holes(int cell_px, const Carry* carry) noexcept {
-    const bool mirrored = carry != nullptr;
     constexpr int kSearch = 48;   // cells: further away than this nothing is known about what lies behind
     constexpr float kBehind = 0.25f;   // of the way from the farthest front to the nearest
     const int w = out_.width, h = out_.height;
@@ -324,16 +329,20 @@ void Projection::fill_holes(int cell_px, const Carry* carry) noexcept {
             u = out_.u[found[chosen]];
             v = out_.v[found[chosen]];
             // Around a crack all agree: it continues. Around a real hole they do not, and what the mover uncovers is the
-            // picture behind, of which only the part beyond the rim is known: mirrored there. Only with depth is the rim sure
-            // enough for that; without, the gain is less than the loss where the motion's edge is a cell or two off.
+            // picture behind, of which only the part beyond the rim is known: its rim is what is likest to it, for the few pixels
+            // that a hole is wide (mirrored there, texture is wrong twice). Only with depth is the rim sure enough for that;
+            // without, the gain is less than the loss where the motion's edge is a cell or two off.
             const float disagreement = std::max(high_u - low_u, high_v - low_v);
             hole.behind = chosen;
             hole.apart = torn ? uncovered : (ways > 1 && disagreement > 0.5f * static_cast<float>(cell_px)) || (carry != nullptr && !continues(*carry, x, y, found[chosen]));
             if (has_far_) fill_from_far(hole, carry->known->depth, cell_px);
-            if (mirrored && hole.apart) {
-                u += static_cast<float>(kWays[chosen][0] * (2 * distance[chosen] - 1) * cell_px);
-                v += static_cast<float>(kWays[chosen][1] * (2 * distance[chosen] - 1) * cell_px);
+            if (carry == nullptr) continue;
+            if (hole.apart) {
+                u += static_cast<float>(kWays[chosen][0] * distance[chosen] * cell_px);
+                v += static_cast<float>(kWays[chosen][1] * distance[chosen] * cell_px);
             }
+            const auto centre = [cell_px](int cell) { return (static_cast<float>(cell) + 0.5f) * static_cast<float>(cell_px) - 0.5f; };
+            border_.follow(centre(x), centre(y), u, v);
         }
     filled_ = static_cast<float>(holes) / (static_cast<float>(w) * static_cast<float>(h));
 }

@@ -2,13 +2,14 @@
 //
 //   near     . . A A A B B . .       each cell lands where its motion carries it; where two land, the one in front wins
 //   output   . . B B o o A A . .     (smaller depth, else the one that moves least like the background); a hole `o` that
-//                                    nothing lands on is filled from the side that lies behind (with depth: mirrored at its rim)
+//                                    nothing lands on is filled from the side that lies behind (with depth: with its rim)
 //
 // Input: motion per cell, pixels of the picture; times `scale` it is output position - near position.
 // Output: dx, dy in pixels: near position - output position. Known motion with depth tells as well where each output cell
 // was in the farther source: there it may have been seen a second time, or at all.
 #pragma once
 
+#include "render/extrapolation/border_lines.hpp"
 #include "render/extrapolation/extrapolation.hpp"
 #include "render/extrapolation/plane.hpp"
 #include "render/extrapolation/sources.hpp"
@@ -35,7 +36,7 @@ public:
     [[nodiscard]] const Box& touched() const noexcept { return touched_; }
 
     // Known motion with depth: sized apart, since it needs more room.
-    void resize_known(int width, int height);
+    void resize_known(int width, int height, int width_px, int height_px);
     // `source`: the nearer one, which tells what holds some of the thing in front of it.
     void run_known(const KnownMotion& known, float step, int cell_px, float reach_px, const Gatherable& source, bool floats, const Kernels& kernels) noexcept;
 
@@ -71,6 +72,7 @@ private:
     Background background_;   // of the last run()
     Box touched_;
     std::vector<std::uint8_t> sources_;
+    BorderLines border_;         // of the nearer source, for run_known
     std::vector<float> carry_;   // scratch of run_known
     bool has_far_ = false;
     std::vector<float> front_;   // what lies at each output cell; larger is nearer; kNothing: a hole

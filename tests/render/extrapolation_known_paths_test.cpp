@@ -1,0 +1,179 @@
+// Known motion: where paths lead that bend, and what stands where no source shows anything.
+#include <gtest/gtest.h>
+
+#include "render/extrapolation/path_bend.hpp"
+#include "tests/render/extrapolation_engine.hpp"
+
+using namespace fovea::render::extrapolation;
+using fovea::test::engine;
+using fovea::test::kInf;
+using fovea::test::kNan;
+using fovea::test::noise;
+using fovea::test::Picture;
+using fovea::test::psnr;
+using fovea::test::run;
+
+namespace {
+
+struct Buffers {
+    Buffers(int w, int h, float u, float v) : width(w), height(h), motion(2 * static_cast<std::size_t>(w * h)), ahead(motion.size()), depth(motion.size() / 2, 5.0f) {
+        for (std::size_t i = 0; i < motion.size(); i += 2) {
+            motion[i] = u;
+            motion[i + 1] = v;
+        }
+    }
+    [[nodiscard]] KnownMotion view() const { return {motion.data(), depth.data(), width, height}; }
+    [[nodiscard]] KnownMotion view_ahead() const { return {motion.data(), depth.data(), width, height, ahead.data()}; }
+    int width, height;
+    std::vector<float> motion, ahead, depth;
+};
+
+// A camera that turns by `yaw` per frame, 90 degrees wide: where what is seen at x, y was, and will be.
+constexpr float kYaw_rad = 0.03f;
+void turned(float x, float y, int size, float angle, float& to_x, float& to_y) {
+    const float f = 0.5f * static_cast<float>(size), c = f - 0.5f, dx = (x - c) / f, dy = (y - c) / f;
+    const float along = dx * std::cos(angle) + std::sin(angle), depth = std::cos(angle) - dx * std::sin(angle);
+    to_x = c + f * along / depth;
+    to_y = c + f * dy / depth;
+}
+Buffers turning(int size, float factor) {
+    Buffers b(size, size, 0, 0);
+    for (int y = 0; y < size; ++y)
+        for (int x = 0; x < size; ++x) {
+            const auto at = 2 * static_cast<std::size_t>(y * size + x);
+            const auto fx = static_cast<float>(x), fy = static_cast<float>(y);
+            float px, py;
+            turned(fx, fy, size, -kYaw_rad, px, py);
+            b.motion[at] = fx - px;
+            b.motion[at + 1] = fy - py;
+            turned(fx, fy, size, factor * kYaw_rad, px, py);
+            b.ahead[at] = px - fx;
+            b.ahead[at + 1] = py - fy;
+        }
+    return b;
+}
+// What the turning camera sees at `time`.
+Picture seen(int size, float time) {
+    Picture p(size, size, Format::rgba8);
+    for (int y = 0; y < size; ++y)
+        for (int x = 0; x < size; ++x) {
+            float u, v;
+            turned(static_cast<float>(x), static_cast<float>(y), size, -time * kYaw_rad, u, v);
+            p.set(x, y, {noise(u, v, 1), noise(u, v, 2), noise(u, v, 3), 1});
+        }
+    return p;
+}
+
+TEST(PathBend, OfATurnSaysHowFarEachPathLeavesTheStraightOne) {
+    constexpr int kSize = 512;
+    for (const float factor : {0.5f, 1.0f, -0.5f}) {
+        const Buffers b = turning(kSize, factor);
+        const PathBend bend = fit_path_bend(b.motion.data(), kSize, kSize, 128);
+        float straight = 0, bent = 0;
+        for (int y = 8; y < kSize; y += 31)
+            for (int x = 8; x < kSize; x += 31) {
+                const auto at = 2 * static_cast<std::size_t>(y * kSize + x);
+                const float u = b.motion[at], v = b.motion[at + 1], k = 0.5f * factor * (1 + factor);
+                const auto fx = static_cast<float>(x), fy = static_cast<float>(y);
+                const auto along = [&](const float (&g)[2][3]) { return k * ((g[0][0] + g[0][1] * fx + g[0][2] * fy) * u + (g[1][0] + g[1][1] * fx + g[1][2] * fy) * v); };
+                straight = std::max(straight, std::hypot(b.ahead[at] - factor * u, b.ahead[at + 1] - factor * v));
+                bent = std::max(bent, std::hypot(b.ahead[at] - factor * u - along(bend.u), b.ahead[at + 1] - factor * v - along(bend.v)));
+            }
+        EXPECT_LT(bent, 0.15f * straight) << factor << ": " << straight << " px if straight";
+    }
+}
+
+TEST(PathBend, WhatMovesBeforeAStillRoomBendsNothing) {
+    constexpr int kSize = 256;
+    Buffers b(kSize, kSize, 0, 0);
+    for (int y = 40; y < 130; ++y)
+        for (int x = 60; x < 150; ++x) b.motion[2 * static_cast<std::size_t>(y * kSize + x)] = 12;
+    for (int x = 0; x < kSize; ++x) b.motion[2 * static_cast<std::size_t>(200 * kSize + x)] = x % 3 == 0 ? kNan : kInf;
+    const PathBend bend = fit_path_bend(b.motion.data(), kSize, kSize, 64);
+    for (const auto* g : {&bend.u, &bend.v})
+        for (const auto& axis : *g) EXPECT_LT(std::fabs(axis[0] + axis[1] * 105 + axis[2] * 85), 0.001f);   // 12 px are bent by less than 0.005
+}
+
+TEST(KnownMotion, OfATurnLeadsAsFarAsThePathAheadDoes) {
+    constexpr int kSize = 384;
+    const Buffers b = turning(kSize, 0.5f);
+    const Picture src1 = seen(kSize, 0), src2 = seen(kSize, 1), truth = seen(kSize, 1.5f);
+    Picture out(src2), ahead(src2);
+    auto e = engine();
+    const KnownMotion motion = b.view(), with_ahead = b.view_ahead();
+    ASSERT_EQ(run(e, src1, src2, out, 0.5f, {.motion = &motion}), Outcome::ok);
+    ASSERT_EQ(run(e, src1, src2, ahead, 0.5f, {.motion = &with_ahead}), Outcome::ok);
+    EXPECT_GT(psnr(ahead, truth, 16), 44);
+    EXPECT_GT(psnr(out, truth, 16), psnr(ahead, truth, 16) - 0.3);
+}
+
+// Stripes that run slantwise out of the picture.
+Picture stripes(Format format, float moved_x, float moved_y) {
+    Picture p(160, 120, format);
+    for (int y = 0; y < 120; ++y)
+        for (int x = 0; x < 160; ++x) {
+            const float v = 0.5f + 0.4f * std::sin(0.25f * (static_cast<float>(x) - moved_x) + 0.35f * (static_cast<float>(y) - moved_y));
+            p.set(x, y, {v, 0.8f * v, 0.3f, 1});
+        }
+    return p;
+}
+
+TEST(KnownMotion, WhatComesIntoViewContinuesTheLinesAtTheBorder) {
+    struct Way {
+        float u, v;
+        int x0, y0, x1, y1;   // what comes into view
+    };
+    for (const Format format : {Format::rgba8, Format::rgba32f})
+        for (const Way& way : {Way{12, 0, 0, 20, 6, 100}, Way{-12, 0, 154, 20, 160, 100}, Way{0, 12, 20, 0, 140, 6}, Way{0, -12, 20, 114, 140, 120}}) {
+            const Picture src1 = stripes(format, 0, 0), src2 = stripes(format, way.u, way.v), truth = stripes(format, 1.5f * way.u, 1.5f * way.v);
+            Picture out(src2);
+            const Buffers b(160, 120, way.u, way.v);
+            const KnownMotion motion = b.view();
+            auto e = engine();
+            ASSERT_EQ(run(e, src1, src2, out, 0.5f, {.motion = &motion}), Outcome::ok);
+            float most = 0;
+            for (int y = way.y0; y < way.y1; ++y)
+                for (int x = way.x0; x < way.x1; ++x) {
+                    const auto value = [&](const Picture& p) {
+                        if (format == Format::rgba8) return static_cast<float>(std::to_integer<int>(p.at(x, y)[0])) / 255;
+                        float v;
+                        std::memcpy(&v, p.at(x, y), 4);
+                        return v;
+                    };
+                    most = std::max(most, std::fabs(value(out) - value(truth)));
+                }
+            EXPECT_LT(most, 0.08f) << format_name(format) << " " << way.u << " " << way.v << ": up to 0.7 if the last pixels are repeated";
+        }
+}
+
+TEST(KnownMotion, WhatNoSourceShowsIsTheRimOfWhatLiesBehindAndNotItsMirrorImage) {
+    // A box wider than its motion before a slope of light: nothing has shown yet what it uncovers.
+    constexpr int kWidth = 160, kHeight = 64;
+    const auto picture = [&](int left) {
+        Picture p(kWidth, kHeight, Format::rgba8);
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = 0; x < kWidth; ++x) {
+                const float v = static_cast<float>(x) / 200;
+                if (x >= left && x < left + 50)
+                    p.set(x, y, {0.9f, 0.1f, 0.1f, 1});
+                else
+                    p.set(x, y, {v, v, v, 1});
+            }
+        return p;
+    };
+    const Picture src1 = picture(40), src2 = picture(56);
+    Picture out(src2);
+    Buffers b(kWidth, kHeight, 0, 0);
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 56; x < 106; ++x) {
+            b.motion[2 * static_cast<std::size_t>(y * kWidth + x)] = 16;
+            b.depth[static_cast<std::size_t>(y * kWidth + x)] = 2;
+        }
+    const KnownMotion motion = b.view();
+    auto e = engine();
+    ASSERT_EQ(run(e, src1, src2, out, 0.5f, {.motion = &motion}), Outcome::ok);
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 56; x < 64; ++x) ASSERT_NEAR(std::to_integer<int>(out.at(x, y)[1]), std::to_integer<int>(src2.at(55, y)[1]), 1) << x << " " << y;
+}
+
+}  // namespace
