@@ -166,9 +166,13 @@ FOVEA_INLINE void lend(Carried& k, int lane, int x, int y, const CarryRow (&rows
         const int dx = at - x, dy = from - 1;
         const float du = rows[from].a[at] - rows[1].a[x], dv = rows[from].c[at] - rows[1].c[x];
         const bool apart = larger(du, -du) >= kApart_px || larger(dv, -dv) >= kApart_px;
-        if (apart && !(smaller(beyond(rows[1].a[x], dx), beyond(rows[1].c[x], dy)) > kLeast) &&
-            !(share_of(job, x, y, dx, dy) + smaller(beyond(rows[from].a[at], dx), beyond(rows[from].c[at], dy)) > kLeast))
+        if (apart && !(share_of(job, x, y, dx, dy) + smaller(beyond(rows[from].a[at], dx), beyond(rows[from].c[at], dy)) > kLeast)) {
+            // What stays is read at its own centre, and not beside it where the front is.
+            const float a = rows[1].a[x], c = rows[1].c[x], own_a = static_cast<float>(floor_int(a + 0.5f)), own_c = static_cast<float>(floor_int(c + 0.5f));
+            if (static_cast<float>(dx) * (own_a - a) > 0) k.a[lane] = own_a;
+            if (static_cast<float>(dy) * (own_c - c) > 0) k.c[lane] = own_c;
             return;
+        }
     }
     k.a[lane] = rows[from].a[at];
     k.c[lane] = rows[from].c[at];

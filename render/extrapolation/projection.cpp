@@ -219,12 +219,17 @@ bool Projection::continues(const Carry& carry, int x, int y, std::size_t found) 
     const float per_cell = 1.0f / static_cast<float>(carry.cell_px), alike = 0.25f * static_cast<float>(carry.cell_px);
     const int px = x + round_int(out_.u[found] * per_cell), py = y + round_int(out_.v[found] * per_cell);
     if (px < 0 || px >= w || py < 0 || py >= h) return true;
-    const std::size_t at = static_cast<std::size_t>(py) * static_cast<std::size_t>(w) + static_cast<std::size_t>(px);
-    if (!(-carry.known->depth[at] > front_[found])) return true;
     const float* given = carry.known->ahead_px != nullptr ? carry.known->ahead_px : carry.known->motion_px;
     const float scale = carry.known->ahead_px != nullptr ? 1.0f : carry.step;
-    const float du = given[2 * at] * scale + out_.u[found], dv = given[2 * at + 1] * scale + out_.v[found];
-    return std::fabs(du) <= alike && std::fabs(dv) <= alike;
+    // What lies beside it may be mixed of both.
+    for (int j = std::max(py - 1, 0); j <= std::min(py + 1, h - 1); ++j)
+        for (int i = std::max(px - 1, 0); i <= std::min(px + 1, w - 1); ++i) {
+            const std::size_t at = static_cast<std::size_t>(j) * static_cast<std::size_t>(w) + static_cast<std::size_t>(i);
+            if (!(-carry.known->depth[at] > front_[found])) continue;
+            const float du = given[2 * at] * scale + out_.u[found], dv = given[2 * at + 1] * scale + out_.v[found];
+            if (!(std::fabs(du) <= alike && std::fabs(dv) <= alike)) return false;
+        }
+    return true;
 }
 
 void Projection::fill_from_far(const Hole& hole, const float* depth, int cell_px) noexcept {
@@ -338,8 +343,10 @@ void Projection::fill_holes(int cell_px, const Carry* carry) noexcept {
             if (has_far_) fill_from_far(hole, carry->known->depth, cell_px);
             if (carry == nullptr) continue;
             if (hole.apart) {
-                u += static_cast<float>(kWays[chosen][0] * distance[chosen] * cell_px);
-                v += static_cast<float>(kWays[chosen][1] * distance[chosen] * cell_px);
+                // The rim's own centre: beside it is what covered the hole.
+                const float scale = static_cast<float>(cell_px);
+                float& across = chosen < 2 ? u : v;
+                across = static_cast<float>(kWays[chosen][chosen < 2 ? 0 : 1] * distance[chosen] + round_int(across / scale)) * scale;
             }
             const auto centre = [cell_px](int cell) { return (static_cast<float>(cell) + 0.5f) * static_cast<float>(cell_px) - 0.5f; };
             border_.follow(centre(x), centre(y), u, v);

@@ -176,4 +176,40 @@ TEST(KnownMotion, WhatNoSourceShowsIsTheRimOfWhatLiesBehindAndNotItsMirrorImage)
         for (int x = 56; x < 64; ++x) ASSERT_NEAR(std::to_integer<int>(out.at(x, y)[1]), std::to_integer<int>(src2.at(55, y)[1]), 1) << x << " " << y;
 }
 
+TEST(KnownMotion, AFrontLeavesNothingOfItsEdgeBehind) {
+    // A box with blended edges before a slower background: its trailing edge uncovers a pixel or two, and what lay beside it is mixed.
+    constexpr int kWidth = 128, kHeight = 48;
+    const auto picture = [&](float time) {
+        Picture p(kWidth, kHeight, Format::rgba8);
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = 0; x < kWidth; ++x) {
+                const auto fx = static_cast<float>(x);
+                const float left = 20.3f - 4.3f * time, right = 80.4f + 0.07f * static_cast<float>(y) - 4.3f * time;
+                const float cover = std::clamp(std::min(right, fx + 1) - std::max(left, fx), 0.0f, 1.0f);
+                const float back = 0.1f + 0.1f * noise(fx + 1.6f * time, static_cast<float>(y), 3);
+                p.set(x, y, {back + cover * (0.9f - back), back, back, 1});
+            }
+        return p;
+    };
+    const Picture src1 = picture(0), src2 = picture(1), truth = picture(1.5f);
+    Picture out(src2);
+    Buffers b(kWidth, kHeight, -1.6f, 0);
+    for (int y = 0; y < kHeight; ++y)
+        for (int x = 0; x < kWidth; ++x)
+            if (static_cast<float>(x) + 0.5f >= 16.0f && static_cast<float>(x) + 0.5f < 76.1f + 0.07f * static_cast<float>(y)) {
+                b.motion[2 * static_cast<std::size_t>(y * kWidth + x)] = -4.3f;
+                b.depth[static_cast<std::size_t>(y * kWidth + x)] = 2;
+            }
+    const KnownMotion motion = b.view();
+    auto e = engine();
+    ASSERT_EQ(run(e, src1, src2, out, 0.5f, {.motion = &motion}), Outcome::ok);
+    int behind = 0;
+    for (int y = 4; y < kHeight - 4; ++y)
+        for (int x = 50; x < 100; ++x) {   // from one pixel behind the edge on
+            const auto edge = static_cast<int>(std::ceil(80.4f + 0.07f * static_cast<float>(y) - 6.45f));
+            if (x > edge) behind = std::max(behind, std::to_integer<int>(out.at(x, y)[0]) - std::to_integer<int>(truth.at(x, y)[0]));
+        }
+    EXPECT_LT(behind, 32) << "levels of the box's red in what lies behind it";
+}
+
 }  // namespace
