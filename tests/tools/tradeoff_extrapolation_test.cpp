@@ -32,7 +32,7 @@ TEST_F(TradeoffExtrapolation, PresetsBeatRepeatingAndNeverLoseToIt) {
         EXPECT_GT(ssim[preset]["rotation"], ssim["hold"]["rotation"]) << preset;
         EXPECT_GE(ssim[preset]["cut"], ssim["hold"]["cut"]) << preset;
     }
-    EXPECT_GE(psnr["known-ahead"]["rotation"], psnr["known-motion"]["rotation"]) << "a turn bends the path of every point";
+    EXPECT_NEAR(psnr["known-ahead"]["rotation"], psnr["known-motion"]["rotation"], 0.3) << "one frame's motion tells how a turn bends paths";
     if (!psnr.contains("gl processor")) GTEST_LOG_(INFO) << "no OpenGL ES driver: no rows of it";
     for (const char* backend : {"gl processor", "gl compute", "gl fragment"})
         if (psnr.contains(backend)) {
