@@ -80,6 +80,7 @@ struct GlExtrapolator::State {
     GLuint framebuffer = 0;
     GlWork on_processor_work;       // of the last call, unless that was
     bool last_in_driver = false;
+    bool undecided = false;         // no choice could be made yet
     std::vector<std::byte> pixels[3], packed;
 
     explicit State(Extrapolator e) : engine(std::move(e)) {}
@@ -87,12 +88,14 @@ struct GlExtrapolator::State {
         if (framebuffer != 0) gl.DeleteFramebuffers(1, &framebuffer);
     }
 
+    [[nodiscard]] bool may_draw() const noexcept;
     [[nodiscard]] bool read(GLuint texture, const TextureInfo& info, std::byte* to) noexcept;
     [[nodiscard]] GLenum on_processor(const GLuint (&names)[3], const TextureInfo (&infos)[3], float factor, const Hints& hints) noexcept;
     [[nodiscard]] GLenum run(const GLuint (&names)[3], const TextureInfo (&infos)[3], float factor, Backend backend, const Hints& hints = {}) noexcept;
     class ProbePair;
     [[nodiscard]] bool passes_work();
     void probe();
+    [[nodiscard]] Result<void> choose();
 };
 
 const char* backend_name(Backend b) noexcept {
@@ -152,10 +155,25 @@ GLenum GlExtrapolator::State::on_processor(const GLuint (&names)[3], const Textu
     return gl.GetError() == GL_NO_ERROR ? static_cast<GLenum>(GL_NO_ERROR) : static_cast<GLenum>(GL_OUT_OF_MEMORY);
 }
 
+// Draws would count in the program's queries, and using another program would be the end of one that is deleted already.
+bool GlExtrapolator::State::may_draw() const noexcept {
+    constexpr GLenum kCounting[] = {GL_ANY_SAMPLES_PASSED, GL_ANY_SAMPLES_PASSED_CONSERVATIVE, GL_PRIMITIVES_GENERATED};
+    for (const GLenum target : kCounting) {
+        if (target == GL_PRIMITIVES_GENERATED && !gl.counts_primitives) continue;
+        GLint query = 0;
+        gl.GetQueryiv(target, GL_CURRENT_QUERY, &query);
+        if (query != 0) return false;
+    }
+    GLint program = 0, deleted = GL_FALSE;
+    gl.GetIntegerv(GL_CURRENT_PROGRAM, &program);
+    if (program != 0) gl.GetProgramiv(static_cast<GLuint>(program), GL_DELETE_STATUS, &deleted);
+    return deleted == GL_FALSE;
+}
+
 GLenum GlExtrapolator::State::run(const GLuint (&names)[3], const TextureInfo (&infos)[3], float factor, Backend on, const Hints& hints) noexcept {
     const bool aliased = names[2] == names[0] || names[2] == names[1];
     const bool swizzled = infos[0].swizzled || infos[1].swizzled;
-    const bool in_driver = on != Backend::processor && passes != nullptr && passes->writes(*infos[0].format) && !aliased && !swizzled && std::isfinite(factor) && hints.motion == nullptr;
+    const bool in_driver = on != Backend::processor && passes != nullptr && passes->writes(*infos[0].format) && !aliased && !swizzled && std::isfinite(factor) && hints.motion == nullptr && may_draw();
     last_in_driver = in_driver;
     if (!in_driver) {
         GlStateGuard guard(gl, false);
@@ -252,6 +270,62 @@ void GlExtrapolator::State::probe() {
     reason = text;
 }
 
+// Which backend: as asked, or as the probe finds. Both need draws; while there may be none the processor serves, and the choice
+// is made by a later call.
+Result<void> GlExtrapolator::State::choose() {
+    backend = Backend::processor;
+    undecided = false;
+    passes.reset();
+    if (settings.backend == Backend::processor) {
+        reason = "asked for";
+        return {};
+    }
+    if (!may_draw()) {
+        undecided = true;
+        reason = "a query counts what is drawn, or the program in use is deleted: the choice waits";
+        return {};
+    }
+    const auto* renderer = reinterpret_cast<const char*>(gl.GetString(GL_RENDERER));
+    const auto is_driver = [&](const char* name) { return renderer != nullptr && std::strstr(renderer, name) != nullptr; };
+    std::string why;
+    for (const Backend b : {Backend::compute, Backend::fragment}) {
+        if (settings.backend && *settings.backend != b) continue;
+        if (b == Backend::compute && is_driver("softpipe")) {   // measured on Mesa 22.3; no probe finds it for certain
+            why = "softpipe's compute shaders give the same input another result from run to run";
+            continue;
+        }
+        auto made = GlPasses::create(gl, settings.preset, b == Backend::compute);
+        if (!made) {
+            why = made.error().message();
+            continue;
+        }
+        passes = std::move(*made);
+        if (!passes_work()) {
+            why = std::string(backend_name(b)) + " shaders compile but do not do their work";
+            passes.reset();
+            continue;
+        }
+        backend = b;
+        break;
+    }
+    if (settings.backend) {
+        if (passes == nullptr) return fail("the backend asked for does not work: " + why, "GL", "let the probe choose");
+        reason = "asked for";
+        return {};
+    }
+    if (passes == nullptr) {
+        reason = "no shader backend works here: " + why;
+        return {};
+    }
+    bool software = false;
+    for (const char* name : {"llvmpipe", "softpipe", "swrast", "SwiftShader"}) software |= is_driver(name);
+    if (software)
+        probe();
+    else
+        reason = "not a software rasteriser";
+    return {};
+}
+
 GlExtrapolator::GlExtrapolator(std::unique_ptr<State> state) noexcept : state_(std::move(state)) {}
 GlExtrapolator::GlExtrapolator(GlExtrapolator&&) noexcept = default;
 GlExtrapolator& GlExtrapolator::operator=(GlExtrapolator&&) noexcept = default;
@@ -265,50 +339,10 @@ Result<GlExtrapolator> GlExtrapolator::create(GlLoader loader, const GlSettings&
     const GlFunctions& gl = state->gl;
     const auto* version = reinterpret_cast<const char*>(gl.GetString(GL_VERSION));
     if (version == nullptr) return fail("no OpenGL ES context is current", "GL");
+    load_optional(state->gl, loader);
     state->settings = settings;
     gl.GenFramebuffers(1, &state->framebuffer);
-    if (settings.backend == Backend::processor) {
-        state->reason = "asked for";
-        return GlExtrapolator(std::move(state));
-    }
-    const auto* renderer = reinterpret_cast<const char*>(gl.GetString(GL_RENDERER));
-    const auto is_driver = [&](const char* name) { return renderer != nullptr && std::strstr(renderer, name) != nullptr; };
-    std::string why;
-    for (const Backend b : {Backend::compute, Backend::fragment}) {
-        if (settings.backend && *settings.backend != b) continue;
-        if (b == Backend::compute && is_driver("softpipe")) {   // measured on Mesa 22.3; no probe finds it for certain
-            why = "softpipe's compute shaders give the same input another result from run to run";
-            continue;
-        }
-        auto passes = GlPasses::create(gl, settings.preset, b == Backend::compute);
-        if (!passes) {
-            why = passes.error().message();
-            continue;
-        }
-        state->passes = std::move(*passes);
-        if (!state->passes_work()) {
-            why = std::string(backend_name(b)) + " shaders compile but do not do their work";
-            state->passes.reset();
-            continue;
-        }
-        state->backend = b;
-        break;
-    }
-    if (settings.backend) {
-        if (state->passes == nullptr) return fail("the backend asked for does not work: " + why, "GL", "let the probe choose");
-        state->reason = "asked for";
-        return GlExtrapolator(std::move(state));
-    }
-    if (state->passes == nullptr) {
-        state->reason = "no shader backend works here: " + why;
-        return GlExtrapolator(std::move(state));
-    }
-    bool software = false;
-    for (const char* name : {"llvmpipe", "softpipe", "swrast", "SwiftShader"}) software |= is_driver(name);
-    if (software)
-        state->probe();
-    else
-        state->reason = "not a software rasteriser";
+    if (auto chosen = state->choose(); !chosen) return std::unexpected(chosen.error());
     return GlExtrapolator(std::move(state));
 }
 
@@ -325,6 +359,11 @@ GLenum GlExtrapolator::extrapolate(GLuint src1, GLuint src2, GLuint output, floa
     }
     for (const TextureInfo& i : infos)
         if (!i.format || *i.format != *infos[0].format || i.width != infos[0].width || i.height != infos[0].height) return GL_INVALID_OPERATION;
+    if (s.undecided && s.may_draw()) try {
+            static_cast<void>(s.choose());   // where what was asked for does not work, the processor goes on
+        } catch (const std::bad_alloc&) {
+            return GL_OUT_OF_MEMORY;
+        }
     return s.run(names, infos, factor, s.backend, hints);
 }
 

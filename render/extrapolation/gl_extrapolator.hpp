@@ -5,8 +5,9 @@
 // start-up probe picks: on a software rasteriser it times one small pair on each, elsewhere it takes compute, then fragment.
 // Three-channel float pictures, outputs that are also a source, and swizzled sources always take the processor.
 // Three-channel floats that cannot be attached are read through a pass, which honours a swizzle of theirs.
-// State: everything but the output's base level is as before; the output may be immutable or not. Active occlusion queries
-// count the passes; transform feedback is paused meanwhile.
+// State: everything but the output's base level is as before; the output may be immutable or not. Transform feedback is paused
+// meanwhile. While a query counts samples or primitives, or the program in use is deleted already, the processor does it, which
+// draws nothing (but the pass that reads three-channel floats). GL_NV_conditional_render must not be active: it cannot be asked.
 // Threads: the context's thread, the same for create, extrapolate and destruction; contexts do not share one.
 #pragma once
 

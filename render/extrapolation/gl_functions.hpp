@@ -28,7 +28,7 @@ using GlLoader = GlFunction (*)(const char* name);
     X(GenTextures, GENTEXTURES) X(GenVertexArrays, GENVERTEXARRAYS) X(GetBooleanv, GETBOOLEANV) X(GetError, GETERROR)   \
     X(GetIntegeri_v, GETINTEGERI_V) X(GetIntegerv, GETINTEGERV) X(GetProgramInfoLog, GETPROGRAMINFOLOG)                 \
     X(GetProgramiv, GETPROGRAMIV) X(GetShaderInfoLog, GETSHADERINFOLOG) X(GetShaderiv, GETSHADERIV)                     \
-    X(GetString, GETSTRING) X(GetTexLevelParameteriv, GETTEXLEVELPARAMETERIV) X(GetTexParameteriv, GETTEXPARAMETERIV)   \
+    X(GetQueryiv, GETQUERYIV) X(GetString, GETSTRING) X(GetStringi, GETSTRINGI) X(GetTexLevelParameteriv, GETTEXLEVELPARAMETERIV) X(GetTexParameteriv, GETTEXPARAMETERIV)   \
     X(GetUniformLocation, GETUNIFORMLOCATION) X(IsEnabled, ISENABLED) X(IsTexture, ISTEXTURE)                           \
     X(LinkProgram, LINKPROGRAM) X(PauseTransformFeedback, PAUSETRANSFORMFEEDBACK) X(ResumeTransformFeedback, RESUMETRANSFORMFEEDBACK) \
     X(MapBufferRange, MAPBUFFERRANGE) X(MemoryBarrier, MEMORYBARRIER) X(PixelStorei, PIXELSTOREI) X(ReadPixels, READPIXELS)   \
@@ -37,10 +37,27 @@ using GlLoader = GlFunction (*)(const char* name);
     X(Uniform2i, UNIFORM2I) X(Uniform4i, UNIFORM4I) X(UnmapBuffer, UNMAPBUFFER)                                         \
     X(UseProgram, USEPROGRAM) X(Viewport, VIEWPORT)
 
+// What extensions, or OpenGL ES 3.2, add to the state that a pass meets.
+using GlViewportIndexed = void(GL_APIENTRYP)(GLuint index, const GLfloat* box);
+using GlGetFloatIndexed = void(GL_APIENTRYP)(GLenum what, GLuint index, GLfloat* values);
+using GlClipControl = void(GL_APIENTRYP)(GLenum origin, GLenum depth);
+
 struct GlFunctions {
 #define X(name, type) PFNGL##type##PROC name = nullptr;
     FOVEA_EXTRAPOLATION_GL(X)
 #undef X
+    // Null where the context has not the state that goes with them.
+    PFNGLENABLEIPROC Enablei = nullptr;            // one draw buffer's or one viewport's
+    PFNGLDISABLEIPROC Disablei = nullptr;
+    PFNGLISENABLEDIPROC IsEnabledi = nullptr;
+    PFNGLCOLORMASKIPROC ColorMaski = nullptr;
+    PFNGLGETBOOLEANI_VPROC GetBooleani_v = nullptr;
+    GlViewportIndexed ViewportIndexedfv = nullptr;
+    GlGetFloatIndexed GetFloati_v = nullptr;
+    GlClipControl ClipControl = nullptr;
+    bool reverses_rows = false;                    // GL_ANGLE_pack_reverse_row_order
+    bool counts_primitives = false;                // queries of primitives that are generated: OpenGL ES 3.2
+    int clip_distances = 0;                        // GL_EXT_clip_cull_distance, GL_APPLE_clip_distance
 };
 
 // The first name that the driver does not have; null if it has all of them.
@@ -53,5 +70,8 @@ struct GlFunctions {
 #undef X
     return missing;
 }
+
+// Adds what the current context has beyond that.
+void load_optional(GlFunctions& gl, GlLoader loader) noexcept;
 
 }  // namespace fovea::render::extrapolation

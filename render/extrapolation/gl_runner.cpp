@@ -78,7 +78,11 @@ void GlRunner::bind(int unit, GLuint texture) noexcept {
 }
 
 void GlRunner::run_draw(int width, int height, const Over& where) noexcept {
-    gl_.Viewport(0, 0, width, height);
+    const GLfloat box[] = {0, 0, static_cast<GLfloat>(width), static_cast<GLfloat>(height)};
+    if (gl_.ViewportIndexedfv != nullptr)
+        gl_.ViewportIndexedfv(0, box);   // the others are the program's
+    else
+        gl_.Viewport(0, 0, width, height);
     if (where.what == Over::What::list) {
         bind(kListUnit, lists_[static_cast<int>(where.list)]);
         gl_.Uniform4i(current_.place, tile_px_ / where.texel_px, 0, width, height);

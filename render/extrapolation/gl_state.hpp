@@ -30,9 +30,15 @@ private:
     std::array<GLint, 10> storage_{};
     std::array<GLint, kUnits> textures_{}, samplers_{};
     Image image_{};   // unit 0, the only one used
-    std::array<GLboolean, 9> enabled_{};
+    std::array<GLboolean, 7> enabled_{};
     std::array<GLint, 4> viewport_{};
-    std::array<GLboolean, 4> mask_{};
+    std::array<GLfloat, 4> first_viewport_{};
+    GLboolean first_scissor_ = GL_FALSE;
+    static constexpr GLuint kBuffers = 2;   // draw buffers of a pass
+    std::array<std::array<GLboolean, 4>, kBuffers> masks_{};
+    std::array<GLboolean, kBuffers> blends_{};
+    GLint clip_origin_ = 0, clip_depth_ = 0, reversed_ = 0;
+    unsigned clip_distances_ = 0;   // a bit each
     bool paused_ = false;   // transform feedback, by us
 };
 

@@ -96,8 +96,8 @@ TEST(ExtrapolationSteps, SmoothingStopsAtEdgesOfLuma) {
             const auto at = static_cast<std::size_t>(y * kWidth + x);
             u[at] = x < kEdge ? 5.0f : -5.0f;
             v[at] = x < kEdge ? -1.0f : 2.0f;
-            if (x < kEdge - 2 || x >= kEdge + 2) continue;
-            trust[at] = 0.02f;   // doubted on both sides of the edge, and wrong
+            if (x < kEdge - 1 || x >= kEdge + 1) continue;
+            trust[at] = 0.02f;   // doubted on both sides of the edge, and wrong; sure neighbours lie on both sides as well
             u[at] = 30;
         }
         guide.pad_row(y);
