@@ -18,6 +18,7 @@
 #include <spdlog/sinks/stdout_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include "command_line/checks.hpp"
 #include "daemon/recording.hpp"
 #include "daemon/service/calibration_file.hpp"
 #include "daemon/service/daemon.hpp"
@@ -195,13 +196,11 @@ int main(int argc, char** argv) {
     app.add_option("-c,--config", options.config, "TOML file with the settings; all of them have defaults")->check(CLI::ExistingFile);
     app.add_option("--set", options.set, "Override one setting, e.g. --set source.path=gaze.csv; may be repeated")->type_name("KEY=VALUE");
     app.add_option("--run-dir", options.run_dir, "Folder for both sockets (default: $XDG_RUNTIME_DIR/fovea, else /run/fovea)");
-    app.add_option("--record", options.record, "Session file to write; a number is added if it exists")
-        ->check([](const std::string& text) { return text.empty() ? "the file's name is empty" : ""; });
+    app.add_option("--record", options.record, "Session file to write; a number is added if it exists")->check(command_line::file_name());
     app.add_option("--ready-file", options.ready_file, "File or FIFO that receives the line \"ready\" once clients can connect");
     auto* exits = app.add_flag("--exit-at-end", options.exit_at_end, "End when a recording has been played");
-    app.add_option("--linger", options.linger_s, "With --exit-at-end: seconds to wait for clients to leave")->needs(exits)->check(CLI::Range(0.0, 3600.0))
-        ->check([](const std::string& text) { return text.find_first_of("nN") == std::string::npos ? "" : "this is no number of seconds"; })   // NaN is within any range
-        ->capture_default_str();
+    app.add_option("--linger", options.linger_s, "With --exit-at-end: seconds to wait for clients to leave")->needs(exits)
+        ->check(command_line::within(0, 3600))->capture_default_str();
     app.add_flag("--print-config", options.print_config, "Print the default settings with their docs as TOML, and end");
     app.failure_message([](const CLI::App*, const CLI::Error& e) { return std::string("fovead: ") + e.what() + "; `fovead --help` explains\n"; });
     app.set_version_flag("--version", "fovead " FOVEA_VERSION);

@@ -9,12 +9,12 @@
 
 #include <fmt/format.h>
 
+#include "command_line/checks.hpp"
 #include "daemon/pipeline/calibration.hpp"
 #include "daemon/pipeline/validate.hpp"
 #include "replay/recording.hpp"
 #include "tools/commands.hpp"
 #include "tools/outputs.hpp"
-#include "tools/within.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -134,9 +134,9 @@ void add_calibrate(CLI::App& app, int* exit_code) {
     auto* c = app.add_subcommand("calibrate", "Fit a calibration to recorded fixations of known targets");
     c->add_option("--from", o->from, "The recording (a session file or any known format)")->required();
     c->add_option("--targets", o->targets, "CSV with start_ms,end_ms,x_deg,y_deg: what was shown when, from the first sample on (default: the session's own)");
-    c->add_option("--out", o->out, "Write the calibration here, as TOML; - is standard output")->required()->check(file_name());
-    c->add_option("--largest-error", o->largest_error_deg, "Refuse a fit that is worse on targets left out, degrees (default 3)")->check(within(0.01, 90.0));
-    c->add_option("--settle-ms", o->settle_ms, "Leave out this much of each target's beginning (default 300)")->check(within(0.0, 10000.0));
+    c->add_option("--out", o->out, "Write the calibration here, as TOML; - is standard output")->required()->check(command_line::file_name());
+    c->add_option("--largest-error", o->largest_error_deg, "Refuse a fit that is worse on targets left out, degrees (default 3)")->check(command_line::within(0.01, 90.0));
+    c->add_option("--settle-ms", o->settle_ms, "Leave out this much of each target's beginning (default 300)")->check(command_line::within(0.0, 10000.0));
     c->footer("Example: fovea calibrate --from session.fovea --targets targets.csv --out me.toml\n"
               "Then: fovead --set pipeline.calibration=me.toml\n"
               "Exit codes: 0 written, 1 cannot write, 2 wrong usage, 3 unusable input or a fit that was refused (the message says why).");

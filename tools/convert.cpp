@@ -3,13 +3,13 @@
 
 #include <nlohmann/json.hpp>
 
+#include "command_line/checks.hpp"
 #include "replay/import/fovea_csv.hpp"
 #include "replay/import/importer.hpp"
 #include "replay/recording.hpp"
 #include "replay/session_file.hpp"
 #include "tools/commands.hpp"
 #include "tools/outputs.hpp"
-#include "tools/within.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -101,8 +101,8 @@ void add_convert(CLI::App& app, int* exit_code) {
     c->add_option("out", o->out, "What to write: .fovea is a session, .csv Fovea's own CSV");
     c->add_flag("--list", o->list, "Print the formats that can be read, and end");
     c->add_option("--from", o->from, "Read as this format (a name of --list) instead of recognising it");
-    c->add_option("--start", o->start_s, "Leave out this much of the beginning, seconds")->check(within(0.0, 1e9));
-    c->add_option("--duration", o->duration_s, "Keep no more than this, seconds")->check(within(0.0, 1e9));
+    c->add_option("--start", o->start_s, "Leave out this much of the beginning, seconds")->check(command_line::within(0.0, 1e9));
+    c->add_option("--duration", o->duration_s, "Keep no more than this, seconds")->check(command_line::within(0.0, 1e9));
     c->add_option("--degrees", o->degree_decimals,
                   "CSV: directions as azimuth and elevation with so many decimals (default: unit vectors, exact)")
         ->check(CLI::Range(0, 9));

@@ -6,10 +6,10 @@
 
 #include <fmt/core.h>
 
+#include "command_line/checks.hpp"
 #include "drivers/device.hpp"
 #include "protocol/sphere.hpp"
 #include "tools/commands.hpp"
-#include "tools/within.hpp"
 
 namespace fovea::tools {
 
@@ -130,7 +130,7 @@ void add_devices(CLI::App& app, int* exit_code) {
     command->add_option("--count", options->count, "With --watch: stop after so many samples")->needs(watching)->check(CLI::Range(1L, 1'000'000'000L));
     command->add_option("--patience", options->patience_s,
                         "With --watch: give up after so many seconds without a sample (0: never)")
-        ->needs(watching)->check(within(0.0, 3600.0));
+        ->needs(watching)->check(command_line::within(0.0, 3600.0));
     command->add_option("--set", options->settings, "With --watch: KEY=VALUE of the driver, as under [source]")->needs(watching);
     command->footer("Exit codes: 0 when a usable device was found (or watched to the end), 1 when not, 2 wrong usage.");
     command->callback([options, exit_code] {

@@ -9,12 +9,12 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "command_line/checks.hpp"
 #include "replay/latency.hpp"
 #include "replay/session_file.hpp"
 #include "tools/commands.hpp"
 #include "tools/latency_html.hpp"
 #include "tools/outputs.hpp"
-#include "tools/within.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -222,10 +222,10 @@ void add_latency(CLI::App& app, int* exit_code) {
     auto o = std::make_shared<LatencyToolOptions>();
     auto* cmd = app.add_subcommand("latency", "Motion-to-photon latency and foveal misses of a recorded session");
     cmd->add_option("SESSION", o->session, "a .fovea session file in which a renderer reported frames")->required();
-    auto* html = cmd->add_option("--html", o->html, "also write a self-contained page with charts")->check(file_name());
-    cmd->add_option("--frame", o->frame_png, "PNG of a frame to show on the page")->needs(html)->check(file_name());
-    cmd->add_option("--levels", o->levels_png, "PNG of that frame's foveation levels to show on the page")->needs(html)->check(file_name());
-    cmd->add_option("--csv", o->csv, "also write one row per frame")->check(file_name());
+    auto* html = cmd->add_option("--html", o->html, "also write a self-contained page with charts")->check(command_line::file_name());
+    cmd->add_option("--frame", o->frame_png, "PNG of a frame to show on the page")->needs(html)->check(command_line::file_name());
+    cmd->add_option("--levels", o->levels_png, "PNG of that frame's foveation levels to show on the page")->needs(html)->check(command_line::file_name());
+    cmd->add_option("--csv", o->csv, "also write one row per frame")->check(command_line::file_name());
     cmd->add_option("--client", o->client, "which client's frames (default: the one with the most)")->check(CLI::Range(std::uint32_t{1}, std::numeric_limits<std::uint32_t>::max()));
     cmd->add_flag("--json", o->json, "print JSON instead of text");
     cmd->footer("A frame runs from the exposure of the newest sample that its focal point used to the middle of its scan-out.\n"

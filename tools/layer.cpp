@@ -13,10 +13,10 @@
 
 #include <fmt/core.h>
 
+#include "command_line/checks.hpp"
 #include "tools/commands.hpp"
 #include "tools/layer_auto.hpp"
 #include "tools/layer_trace.hpp"
-#include "tools/within.hpp"
 #include "replay/output_file.hpp"
 
 namespace fovea::tools {
@@ -156,11 +156,11 @@ void add_layer(CLI::App& app, int* exit_code) {
         command->add_option("--gain", options.automatic.gain, "Auto: how fast density falls with distance, 1/NDC, one for both axes or x,y (default 4; 0: full density)")
             ->needs("--auto");
         command->add_option("--area", options.automatic.area, "Auto: enlarges the region of full density (radius sqrt(1 + area) / gain; default 0)")
-            ->check(within(0.0, 1e6))->needs("--auto");
+            ->check(command_line::within(0.0, 1e6))->needs("--auto");
         command->add_option("--focus", options.automatic.focus, "Auto: a fixed focal point x,y in NDC instead of fovead's")
             ->needs("--auto");
         command->add_option("--fov", options.automatic.fov_deg, "Auto: horizontal angle that the window fills, degrees (default 40)")
-            ->check(within(1.0, 179.0))->needs("--auto");
+            ->check(command_line::within(1.0, 179.0))->needs("--auto");
         CLI::Option* always = command->add_flag("--always", options.automatic.always, "Auto: foveate also where a trial finds that it takes longer")->needs("--auto");
         command->add_flag("--compare", options.automatic.compare,
                           "Auto: draw blocks of frames straight, recorded at full density and foveated in turns, and print on stderr what they take")
@@ -188,7 +188,7 @@ void add_layer(CLI::App& app, int* exit_code) {
                   "The page is written when the program has ended, also by a signal. In auto mode no trial is made: --always is implied.");
     common(trace);
     auto_options(trace);
-    trace->add_option("-o,--output", options.trace_page, "The page")->required()->check(file_name());
+    trace->add_option("-o,--output", options.trace_page, "The page")->required()->check(command_line::file_name());
     trace->add_option("--frames", options.trace_frames, "How many frames, from the first that is submitted through the layer")
         ->check(CLI::Range(1, 64))->capture_default_str();
     take_program(trace);

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "command_line/checks.hpp"
 #include "daemon/pipeline/pipeline.hpp"
 #include "daemon/pipeline/settings_table.hpp"
 #include "daemon/pipeline/validate.hpp"
@@ -11,7 +12,6 @@
 #include "replay/recording.hpp"
 #include "tools/commands.hpp"
 #include "tools/outputs.hpp"
-#include "tools/within.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -86,11 +86,11 @@ void add_predict(CLI::App& app, int* exit_code) {
     auto o = std::make_shared<PredictOptions>();
     auto* c = app.add_subcommand("predict", "Predict the gaze of a recording and write one row per sample");
     c->add_option("file", o->in, "The recording; its format is recognised from the content")->required();
-    c->add_option("--horizon-ms", o->horizon_ms, "How far ahead, milliseconds (default 50)")->check(within(0.0, 150.0));
+    c->add_option("--horizon-ms", o->horizon_ms, "How far ahead, milliseconds (default 50)")->check(command_line::within(0.0, 150.0));
     c->add_option("--predictor", o->predictor, "hold, velocity, damped_velocity, kalman, imm, gain_table, ballistic or auto (default)");
     c->add_option("--calibration", o->calibration, "A file of `fovea calibrate`, applied to each sample");
     c->add_option("--filter", o->filter, "none, one_euro, kalman or saccade_aware (default)");
-    c->add_option("--csv", o->csv, "Write here; - is standard output")->required()->check(file_name());
+    c->add_option("--csv", o->csv, "Write here; - is standard output")->required()->check(command_line::file_name());
     c->footer(
         "Columns: t_ns exposure; valid: the recording vouches for the sample; event: fixation, pursuit, saccade, blink or\n"
         "lost, as seen at t; x_deg, y_deg the recorded gaze (+ right, + up, head frame; empty when invalid); pred_t_ns,\n"

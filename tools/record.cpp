@@ -12,11 +12,11 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "command_line/checks.hpp"
 #include "daemon/service/admin_client.hpp"
 #include "protocol/handshake.hpp"
 #include "replay/recorder.hpp"
 #include "tools/commands.hpp"
-#include "tools/within.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -108,8 +108,8 @@ void add_record(CLI::App& app, int* exit_code);
 void add_record(CLI::App& app, int* exit_code) {
     auto o = std::make_shared<Options>();
     auto* c = app.add_subcommand("record", "Record what a running fovead publishes into a session file of your own");
-    c->add_option("file", o->out, "The session file, e.g. OUT.fovea")->required()->check(file_name());
-    c->add_option("--duration", o->duration_s, "Seconds; default: until Ctrl-C or the daemon's end")->check(within(0.0, 1e9));
+    c->add_option("file", o->out, "The session file, e.g. OUT.fovea")->required()->check(command_line::file_name());
+    c->add_option("--duration", o->duration_s, "Seconds; default: until Ctrl-C or the daemon's end")->check(command_line::within(0.0, 1e9));
     c->add_option("--run-dir", o->run_dir, "The daemon's run directory (default: $XDG_RUNTIME_DIR/fovea, else /run/fovea)");
     c->add_option("--socket", o->socket, "The daemon's socket for apps itself (default: $FOVEA_SOCKET)");
     c->add_flag("--from-oldest", o->with_past, "Also what the daemon still holds from before (seconds)");

@@ -5,6 +5,7 @@
 
 #include <fmt/core.h>
 
+#include "command_line/checks.hpp"
 #include "daemon/pipeline/pipeline.hpp"
 #include "daemon/pipeline/settings_table.hpp"
 #include "daemon/service/calibration_file.hpp"
@@ -12,7 +13,6 @@
 #include "tools/commands.hpp"
 #include "tools/model_csv.hpp"
 #include "tools/outputs.hpp"
-#include "tools/within.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -84,10 +84,10 @@ void add_replay(CLI::App& app, int* exit_code) {
     auto* c = app.add_subcommand("replay", "Run a recording through the pipeline and write the motion models it publishes");
     c->add_option("file", o->in, "The recording; its format is recognised from the content")->required();
     c->add_option("--speed", o->speed, "max: as fast as possible (default); 1: as it was recorded; 2: twice as fast");
-    c->add_option("--csv", o->csv, "Write one row per sample here; - is standard output")->required()->check(file_name());
+    c->add_option("--csv", o->csv, "Write one row per sample here; - is standard output")->required()->check(command_line::file_name());
     c->add_option("--calibration", o->calibration, "A file of `fovea calibrate`, applied to each sample");
-    c->add_option("--filter", o->filter, "Filter instead of the default");
-    c->add_option("--predictor", o->predictor, "Predictor instead of the default");
+    c->add_option("--filter", o->filter, "none, one_euro, kalman or saccade_aware (default)");
+    c->add_option("--predictor", o->predictor, "hold, velocity, damped_velocity, kalman, imm, gain_table, ballistic or auto (default)");
     c->footer(
         "The same recording, settings and build give the same bytes on every run.\n"
         "Example: fovea replay tests/data/recordings/eyelink_lookatpoint_s1.csv --speed max --csv models.csv\n"

@@ -4,13 +4,13 @@
 
 #include <nlohmann/json.hpp>
 
+#include "command_line/checks.hpp"
 #include "render/effects/contents.hpp"
 #include "render/effects/declared.hpp"
 #include "render/effects/measure.hpp"
 #include "render/effects/print.hpp"
 #include "render/gl/context.hpp"
 #include "tools/commands.hpp"
-#include "tools/within.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -155,7 +155,7 @@ void add_scene(CLI::App& app, int* exit_code) {
         int w = 0, h = 0;
         return parse_size(text, &w, &h) ? std::string() : "'" + text + "' is no size (16 to 8192)";
     });
-    e->add_option("--budget-ms", o->budget_ms, "Time a frame may take; 0: no budget (default)")->check(within(0.0, 1e6));
+    e->add_option("--budget-ms", o->budget_ms, "Time a frame may take; 0: no budget (default)")->check(command_line::within(0.0, 1e6));
     e->add_option("--repeat", o->rounds, "Frames of each kind; the median counts (default 3)")->check(CLI::Range(1, 1000));
     e->add_flag("!--no-cost", o->cost, "Only look at the scene: no GL, no frame is drawn");
     e->add_flag("--json", o->json, "Print JSON");

@@ -6,12 +6,12 @@
 
 #include <fmt/format.h>
 
+#include "command_line/checks.hpp"
 #include "drivers/synthetic/synthetic_eye.hpp"
 #include "replay/output_file.hpp"
 #include "replay/session_file.hpp"
 #include "tools/commands.hpp"
 #include "tools/outputs.hpp"
-#include "tools/within.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -123,7 +123,7 @@ void add_synth(CLI::App& app, int* exit_code) {
     c->add_option("scenario", o->scenario, "TOML file with one table per effect; configs/scenarios has some");
     c->add_option("out", o->out, "The session to write; it holds the noise-free gaze and labels too");
     c->add_option("--seed", o->seed, "Another run of the same scenario (default: the scenario's own)")->check(CLI::Range(std::int64_t{0}, std::int64_t{1'000'000'000}));
-    c->add_option("--duration-s", o->duration_s, "How long, seconds (default: the scenario's own)")->check(within(0.001, 86400.0));
+    c->add_option("--duration-s", o->duration_s, "How long, seconds (default: the scenario's own)")->check(command_line::within(0.001, 86400.0));
     c->add_option("--without", o->without, "Leave out this effect; all others stay the same to the bit")->delimiter(',');
     c->add_flag("--keys", o->keys, "Print every effect and key with default, range and meaning, and end");
     c->add_flag("--force", o->force, "Overwrite an existing file");

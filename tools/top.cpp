@@ -17,12 +17,12 @@
 
 #include <fmt/format.h>
 
+#include "command_line/checks.hpp"
 #include "daemon/service/admin_client.hpp"
 #include "protocol/handshake.hpp"
 #include "protocol/samples_region.hpp"
 #include "tools/commands.hpp"
 #include "tools/top_view.hpp"
-#include "tools/within.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -239,8 +239,8 @@ void add_top(CLI::App& app, int* exit_code) {
     auto* c = app.add_subcommand("top", "Watch a running fovead: rate, gaze event, latency by stage, foveal misses, clients");
     c->add_option("--run-dir", o->run_dir, "The daemon's run directory (default: $XDG_RUNTIME_DIR/fovea, else /run/fovea)");
     c->add_option("--socket", o->socket, "The administrators' socket itself, where it has another path");
-    c->add_option("--interval", o->interval_s, "Seconds between looks (default 1)")->check(within(0.05, 3600.0));
-    c->add_option("--window", o->window_s, "Seconds of frames that the figures cover (default 5)")->check(within(0.5, 20.0));
+    c->add_option("--interval", o->interval_s, "Seconds between looks (default 1)")->check(command_line::within(0.05, 3600.0));
+    c->add_option("--window", o->window_s, "Seconds of frames that the figures cover (default 5)")->check(command_line::within(0.5, 20.0));
     c->add_option("--count", o->count, "End after so many looks; default: until q or Ctrl-C")->check(CLI::Range(1L, 1'000'000'000L));
     c->add_flag("--json", o->json, "One JSON object per look");
     c->add_flag("--wait", o->wait, "Start without a fovead and show it as soon as there is one");

@@ -7,12 +7,12 @@
 
 #include <fmt/format.h>
 
+#include "command_line/checks.hpp"
 #include "daemon/pipeline/settings_table.hpp"
 #include "tools/commands.hpp"
 #include "tools/outputs.hpp"
 #include "tools/tradeoff_gaze.hpp"
 #include "tools/tradeoff_pupil.hpp"
-#include "tools/within.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -75,15 +75,15 @@ void add_subject(CLI::App& parent, int* exit_code, const char* name, const char*
     auto o = std::make_shared<Options>();
     auto* c = parent.add_subcommand(name, text);
     c->add_option("recordings", o->paths, "Recordings, or directories that hold some")->required();
-    c->add_option("--horizon", o->horizons_ms, "Horizons, milliseconds (default 10 20 30 50 70)")->check(within(0.0, 150.0));
-    c->add_option("--csv", o->csv, "Also write the tables here")->check(file_name());
-    c->add_option("--html", o->html, "Also write a self-contained page with plots here")->check(file_name());
+    c->add_option("--horizon", o->horizons_ms, "Horizons, milliseconds (default 10 20 30 50 70)")->check(command_line::within(0.0, 150.0));
+    c->add_option("--csv", o->csv, "Also write the tables here")->check(command_line::file_name());
+    c->add_option("--html", o->html, "Also write a self-contained page with plots here")->check(command_line::file_name());
     c->add_flag("--json", o->json, "Print JSON instead of tables");
     c->add_flag("--groups", o->groups, "Also one table per device");
     if (budget) {
-        c->add_option("--budget-us", o->budget_us, "Pick the most accurate setting within this cost, microseconds per sample")->check(within(0.0, 1e6));
-        c->add_option("--budget-ns", o->budget_ns, "The same in nanoseconds")->check(within(0.0, 1e9));
-        c->add_option("--toml", o->toml, "Write the picked setting here, for the daemon's config")->check(file_name());
+        c->add_option("--budget-us", o->budget_us, "Pick the most accurate setting within this cost, microseconds per sample")->check(command_line::within(0.0, 1e6));
+        c->add_option("--budget-ns", o->budget_ns, "The same in nanoseconds")->check(command_line::within(0.0, 1e9));
+        c->add_option("--toml", o->toml, "Write the picked setting here, for the daemon's config")->check(command_line::file_name());
     }
     c->footer("The protocol: docs/pipeline.md. A * marks what no other method beats in both cost and error.\n"
               "Example: fovea tradeoff " + std::string(name) + " tests/data/recordings\n"

@@ -9,6 +9,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "command_line/checks.hpp"
 #include "tools/axis_ticks.hpp"
 #include "tools/commands.hpp"
 #include "tools/embedded_png.hpp"
@@ -17,7 +18,6 @@
 #include "tools/image_quality.hpp"
 #include "tools/outputs.hpp"
 #include "tools/tradeoff_report.hpp"
-#include "tools/within.hpp"
 
 namespace fovea::tools {
 
@@ -265,14 +265,14 @@ void add_tradeoff_extrapolation(CLI::App& parent, int* exit_code) {
     std::vector<std::string> names;
     for (const SceneRow& s : extrapolation_scenes()) names.emplace_back(s.name);
     c->add_option("--scene", o->scenes, "Only these scenes")->check(CLI::IsMember(names));
-    c->add_option("--speed", o->speeds, "Speeds; 1 is about 7 pixels per frame at 1024x1024 (default 1)")->check(within(0.0, 20.0));
+    c->add_option("--speed", o->speeds, "Speeds; 1 is about 7 pixels per frame at 1024x1024 (default 1)")->check(command_line::within(0.0, 20.0));
     c->add_option("--seed", o->seeds, "Other textures, places, directions and paces; 0 (default) is what everything was tuned on")->check(CLI::Range(0, 1000000));
-    c->add_option("--factor", o->factor, "How far ahead, frame times (default 0.5)")->check(within(-1.0, 2.0));
+    c->add_option("--factor", o->factor, "How far ahead, frame times (default 0.5)")->check(command_line::within(-1.0, 2.0));
     c->add_option("--size", o->size_px, "Edge of the pictures, pixels (default 1024)")->check(CLI::Range(32, 4096));
     c->add_option("--repeat", o->repeats, "Timed runs per method and case; the median counts (default 5)")->check(CLI::Range(1, 1000));
-    c->add_option("--budget-ms", o->budget_ms, "Name the best preset within this processor time per frame")->check(within(0.0, 1e6));
-    c->add_option("--csv", o->csv, "Also write every score here")->check(file_name());
-    c->add_option("--html", o->html, "Also write a self-contained page with plot and crops here")->check(file_name());
+    c->add_option("--budget-ms", o->budget_ms, "Name the best preset within this processor time per frame")->check(command_line::within(0.0, 1e6));
+    c->add_option("--csv", o->csv, "Also write every score here")->check(command_line::file_name());
+    c->add_option("--html", o->html, "Also write a self-contained page with plot and crops here")->check(command_line::file_name());
     c->add_flag("--json", o->json, "Print JSON instead of the table");
     std::string footer = "Scenes:\n";
     for (const SceneRow& s : extrapolation_scenes()) footer += fmt::format("  {:<12} {}\n", s.name, s.what);

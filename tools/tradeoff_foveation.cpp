@@ -7,6 +7,7 @@
 #include <memory>
 #include <numeric>
 
+#include "command_line/checks.hpp"
 #include "render/gl/context.hpp"
 #include "render/quality/ladder.hpp"
 #include "render/scene/scene.hpp"
@@ -14,7 +15,6 @@
 #include "tools/foveation_judge.hpp"
 #include "tools/outputs.hpp"
 #include "tools/tradeoff_report.hpp"
-#include "tools/within.hpp"
 
 namespace fovea::tools {
 namespace {
@@ -176,11 +176,11 @@ void add_tradeoff_foveation(CLI::App& parent, int* exit_code) {
     c->add_option("--methods,--method", o->methods, "Only these methods, beside full")->check(CLI::IsMember(methods));
     c->add_option("--size", o->judge.size_px, "Edge of each eye's picture, pixels (default 512)")->check(CLI::Range(64, 4096));
     c->add_option("--frames", o->judge.frames, "Timed pairs of frames per setting; medians count (default 5)")->check(CLI::Range(1, 1000));
-    c->add_option("--fovea-deg", o->judge.fovea_deg, "Radius at full resolution of the scaled_bins settings, degrees (default 5); 0: 1/gain, the equation with area 0")->check(within(0.0, 60.0));
-    c->add_option("--budget-ms", o->budget_ms, "Pick the setting with the least error whose frames take no longer in any of the scenes")->check(within(0.0, 1e6));
-    c->add_option("--toml", o->toml, "Write the frontier here, with the pick, for fovea-view --quality")->check(file_name());
-    c->add_option("--csv", o->csv, "Also write the tables here")->check(file_name());
-    c->add_option("--html", o->html, "Also write a self-contained page with plots and crops here")->check(file_name());
+    c->add_option("--fovea-deg", o->judge.fovea_deg, "Radius at full resolution of the scaled_bins settings, degrees (default 5); 0: 1/gain, the equation with area 0")->check(command_line::within(0.0, 60.0));
+    c->add_option("--budget-ms", o->budget_ms, "Pick the setting with the least error whose frames take no longer in any of the scenes")->check(command_line::within(0.0, 1e6));
+    c->add_option("--toml", o->toml, "Write the frontier here, with the pick, for fovea-view --quality")->check(command_line::file_name());
+    c->add_option("--csv", o->csv, "Also write the tables here")->check(command_line::file_name());
+    c->add_option("--html", o->html, "Also write a self-contained page with plots and crops here")->check(command_line::file_name());
     c->add_flag("--json", o->json, "Print JSON instead of tables");
     c->footer("error: RMS difference of 255 to the full render, each pixel weighted by the share of it that the eye resolves there.\n"
               "exact: pixels of the full-resolution region that equal the full render's, bit for bit. A * marks the frontier.\n"

@@ -12,11 +12,11 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "command_line/checks.hpp"
 #include "drivers/camera/pupil_detector.hpp"
 #include "drivers/synthetic/eye_image.hpp"
 #include "tools/outputs.hpp"
 #include "tools/pupil_baselines.hpp"
-#include "tools/within.hpp"
 
 namespace fovea::tools {
 
@@ -224,8 +224,8 @@ void add_tradeoff_pupil(CLI::App& tradeoff, int* exit_code) {
     auto* c = tradeoff.add_subcommand("pupil", "Pupil detectors: pixel error and detection rate, and microseconds per frame");
     c->add_option("--count", o->count, "Pictures per case (default 60)")->check(CLI::Range(1, 100000));
     c->add_option("--side", o->sides, "Picture sides, pixels (default 192 400)")->check(CLI::Range(64, 2048));
-    c->add_option("--budget-us", o->budget_us, "Name the most reliable method within this time per frame, microseconds")->check(within(1.0, 1e6));
-    c->add_option("--csv", o->csv, "Also write every case of every method here")->check(file_name());
+    c->add_option("--budget-us", o->budget_us, "Name the most reliable method within this time per frame, microseconds")->check(command_line::within(1.0, 1e6));
+    c->add_option("--csv", o->csv, "Also write every case of every method here")->check(command_line::file_name());
     c->add_flag("--cases", o->cases, "Also one column per case");
     c->add_flag("--json", o->json, "Print JSON instead of tables");
     c->footer("Rendered eyes with the exact pupil known (drivers/synthetic/eye_image.hpp). \"imagined\": a pupil was found in\n"

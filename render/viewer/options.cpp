@@ -1,11 +1,10 @@
 #include "render/viewer/options.hpp"
 
-#include <cmath>
-
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
 
+#include "command_line/checks.hpp"
 #include "render/foveation/method.hpp"
 #include "render/present/presenter.hpp"
 #include "render/scene/scene.hpp"
@@ -29,17 +28,6 @@ std::string list_of(const Entries& entries) {
     return text;
 }
 
-// Unlike CLI::Range it has no place for NaN, which is neither below nor above anything.
-CLI::Validator within(double low, double high) {
-    CLI::Validator range = CLI::Range(low, high), number(
-        [](std::string& text) {
-            double value = 0;
-            return CLI::detail::lexical_cast(text, value) && !std::isnan(value) ? std::string() : "Value " + text + " is not a number";
-        },
-        "");
-    return range & number;
-}
-
 }  // namespace
 
 std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
@@ -55,7 +43,7 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
     app.set_version_flag("--version", "fovea-view " FOVEA_VERSION);
     app.failure_message([](const CLI::App*, const CLI::Error& e) { return std::string("fovea-view: ") + e.what() + "; `fovea-view --help` explains\n"; });
     app.add_option("--socket", o.socket, "fovead's socket (default: $FOVEA_SOCKET, then the usual places)");
-    app.add_option("--duration", o.duration_s, "seconds to run; 0 runs until Ctrl-C (default: 10, in a window 0)")->check(within(0.0, 1e6));
+    app.add_option("--duration", o.duration_s, "seconds to run; 0 runs until Ctrl-C (default: 10, in a window 0)")->check(command_line::within(0.0, 1e6));
     app.add_option("--frames", o.frames, "end after this many frames instead")->check(CLI::Range(1L, 1'000'000'000L));
     app.add_option("--size", size, "pixels per eye, WIDTHxHEIGHT or one number for a square; a window can be resized and keeps the shape")->capture_default_str();
     app.add_option("--method", o.method, "foveation method:" + list_of(foveation::methods()))->capture_default_str();
@@ -63,7 +51,7 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
                    "off; auto: hold --budget-ms by moving along the built-in ladder of settings; or a file of `fovea tradeoff foveation --toml`: its pick, "
                    "or with --budget-ms along its settings. --method and --gain do not count then")->capture_default_str();
     app.add_option("--budget-ms", o.budget_ms, "time of a frame, recording to GPU done, that --quality holds (default: one refresh)")
-        ->needs(quality)->check(within(0.1, 100'000.0));
+        ->needs(quality)->check(command_line::within(0.1, 100'000.0));
     app.add_option("--scene", o.scene, "what to draw, or the path of a .gltf or .glb file or of a .toml scene file:" + list_of(scene::scenes()))->capture_default_str();
     app.add_option("--present", o.present, "where frames are shown; auto: the first of these that the environment offers:" + list_of(present::presenters()))
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeLast)->capture_default_str();
@@ -75,12 +63,12 @@ std::optional<Options> parse_options(int argc, char** argv, int* exit_code) {
     app.add_option("--refresh-hz", o.scanout.refresh_hz, "refresh rate of the simulated display")->capture_default_str();
     app.add_option("--scanout-ms", o.scanout.scanout_ms, "time the simulated display takes to emit a frame")->capture_default_str();
     app.add_option("--gain", o.fovea.gain, "how fast resolution falls outside the fovea (QCOM gain, 1/NDC)")
-        ->check(within(0.1, 1000.0))->capture_default_str();
+        ->check(command_line::within(0.1, 1000.0))->capture_default_str();
     app.add_option("--fovea-deg", radius_deg, "radius of full resolution around a certain gaze, degrees")
-        ->check(within(0.1, 60.0))->capture_default_str();
+        ->check(command_line::within(0.1, 60.0))->capture_default_str();
     app.add_option("--fovea-max-deg", max_deg, "its bound when the gaze is uncertain, degrees")
-        ->check(within(0.1, 90.0))->capture_default_str();
-    app.add_option("--speed", o.speed, "of the scene's motion; 0 stands still")->check(within(0.0, 100.0))->capture_default_str();
+        ->check(command_line::within(0.1, 90.0))->capture_default_str();
+    app.add_option("--speed", o.speed, "of the scene's motion; 0 stands still")->check(command_line::within(0.0, 100.0))->capture_default_str();
     app.add_option("--views", o.views,
                    "how inset_outset draws its four views: multiview2 (one draw, GL_OVR_multiview2), instanced (one draw, an instance a view), "
                    "repeated; auto: multiview2 where the driver has it, else repeated")
