@@ -226,7 +226,7 @@ drivers::DeviceRow player_row() {
                const TimeSource& time) -> Result<std::unique_ptr<drivers::Device>> {
                 const auto path = given.values.find("path");
                 if (path == given.values.end() || path->second.empty())
-                    return fail("the source 'replay' needs a path", given.where, "add: path = \"recording.csv\"");
+                    return fail("the source 'replay' needs a path", given.where, "add path = \"recording.csv\" under [source], or start with --set source.path=recording.csv; for a tracker: source.driver=auto");
                 const auto settings = parse_settings(given);
                 if (!settings) return std::unexpected(settings.error());
                 return std::make_unique<Player>(path->second, std::nullopt, *settings, path->second, time);

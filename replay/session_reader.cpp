@@ -39,7 +39,7 @@ Result<int> check_header(const std::filesystem::path& path) {
     if (!regular) return fail("is not a regular file", path.string(), "name a session file");
     const std::string_view header(bytes, sizeof bytes);
     if (got < static_cast<ssize_t>(kHeaderBytes) || !header.starts_with(kSqliteMagic))
-        return fail("is not a session file", path.string(),
+        return fail("this is not a session file", path.string(),
                     "name a .fovea file; `fovea convert` reads other recordings");
     if (big_endian(header, 68) != static_cast<std::uint32_t>(kSessionApplicationId))
         return fail("is an SQLite database, but not a Fovea session", path.string(), "name a .fovea file");

@@ -10,11 +10,12 @@ constexpr Duration kMargin = std::chrono::milliseconds(1);   // before a scan-ou
 Result<SimulatedScanout> SimulatedScanout::create(const ScanoutSettings& s, Instant epoch) {
     if (!(s.refresh_hz >= 1 && s.refresh_hz <= 1000))
         return fail("refresh rate of " + std::to_string(s.refresh_hz) + " Hz", "simulated display", "1 to 1000");
-    const Duration period = seconds(1 / s.refresh_hz), scanout = seconds(s.scanout_ms * 1e-3);
-    if (!(s.scanout_ms > 0) || scanout > period)
+    const Duration period = seconds(1 / s.refresh_hz);
+    // In numbers, not in durations: 1e300 seconds are no number of nanoseconds.
+    if (!(s.scanout_ms > 0 && s.scanout_ms * 1e-3 <= 1 / s.refresh_hz))
         return fail("scan-out of " + std::to_string(s.scanout_ms) + " ms", "simulated display",
                     "more than 0 and at most one refresh period, " + std::to_string(to_seconds(period) * 1e3) + " ms");
-    return SimulatedScanout(period, scanout, epoch);
+    return SimulatedScanout(period, std::min(seconds(s.scanout_ms * 1e-3), period), epoch);
 }
 
 SimulatedScanout::Shown SimulatedScanout::predict(Instant done) const noexcept {

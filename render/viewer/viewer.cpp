@@ -5,6 +5,8 @@
 #include <deque>
 #include <memory>
 
+#include <unistd.h>
+
 #include "protocol/clock.hpp"
 #include "render/foveation/driver_traits.hpp"
 #include "render/foveation/method.hpp"
@@ -344,7 +346,7 @@ private:
 
     void log_executor() {
         if (const auto s = eyes_.take_switch())
-            std::fprintf(stderr, "%sfovea-view: %8.3f s: executor: %s -> %s (%.1f ms instead of %.1f ms a frame)\n", o_.progress ? "\r\033[K" : "", to_seconds(time_.now() - begin_),
+            std::fprintf(stderr, "%sfovea-view: %8.3f s: executor: %s -> %s (%.1f ms instead of %.1f ms a frame)\n", o_.progress && in_terminal_ ? "\r\033[K" : "", to_seconds(time_.now() - begin_),
                          s->from, s->to, to_seconds(s->to_cost) * 1e3, to_seconds(s->from_cost) * 1e3);
     }
 
@@ -353,18 +355,19 @@ private:
         quality::Control* const control = eyes_.quality();
         if (control == nullptr) return;
         for (auto line = control->take_log_line(); line; line = control->take_log_line())
-            std::fprintf(stderr, "%sfovea-view: %8.3f s: %s\n", o_.progress ? "\r\033[K" : "", to_seconds(time_.now() - begin_), line->c_str());
+            std::fprintf(stderr, "%sfovea-view: %8.3f s: %s\n", o_.progress && in_terminal_ ? "\r\033[K" : "", to_seconds(time_.now() - begin_), line->c_str());
     }
 
     void progress(bool last) {
         if (!o_.progress) return;
         const Instant now = time_.now();
-        if (!last && now - last_progress_ < std::chrono::milliseconds(500)) return;
+        // A terminal's line is written over; a log gets a line of its own now and then.
+        if (!last && now - last_progress_ < (in_terminal_ ? std::chrono::milliseconds(500) : std::chrono::milliseconds(5000))) return;
         last_progress_ = now;
         const double s = to_seconds(now - begin_);
-        std::fprintf(stderr, "\rfovea-view: %5.1f s, %llu frames (%.1f/s), %.1f %% of the pixels shaded, gaze %s   %s", s,
+        std::fprintf(stderr, "%sfovea-view: %5.1f s, %llu frames (%.1f/s), %.1f %% of the pixels shaded, gaze %s%s", in_terminal_ ? "\r" : "", s,
                      static_cast<unsigned long long>(record_.frames()), static_cast<double>(record_.frames()) / std::max(s, 1e-3),
-                     100 * newest_.shaded(), newest_.latched().live() ? "live  " : "absent", last ? "\n" : "");
+                     100 * newest_.shaded(), newest_.latched().live() ? "live" : "absent", !in_terminal_ ? "\n" : last ? "     \n" : "     ");
         std::fflush(stderr);
     }
 
@@ -417,6 +420,7 @@ private:
     Frame rendered_, extrapolated_;   // the last of each kind; numbered 0 where extrapolation is off
     const Instant begin_;
     Instant last_progress_;
+    const bool in_terminal_ = ::isatty(STDERR_FILENO) != 0;
     double duration_s_ = 0;
     Duration& scene_time_;
     Instant scene_clock_;

@@ -65,6 +65,7 @@ TEST(SimulatedScanout, RejectsWhatNoDisplayDoes) {
     EXPECT_FALSE(present::SimulatedScanout::create({90, 0}, at(0)));
     EXPECT_FALSE(present::SimulatedScanout::create({90, 12}, at(0))) << "longer than the refresh period";
     EXPECT_FALSE(present::SimulatedScanout::create({std::nan(""), 1}, at(0)));
+    for (const double scanout_ms : {-1.0, std::nan(""), 1e300, static_cast<double>(INFINITY)}) EXPECT_FALSE(present::SimulatedScanout::create({90, scanout_ms}, at(0))) << scanout_ms;
 }
 
 TEST(RecentCost, IsNotMovedByOneSlowFrame) {
