@@ -53,19 +53,20 @@ std::vector<Judgement> judge_all(const TradeoffRequest& request, const std::vect
 TradeoffTable class_table(const TradeoffRequest& request, const std::vector<Method>& methods,
                           const std::vector<Judgement>& judgements, const std::string& group, std::size_t c) {
     TradeoffTable t;
-    t.title = fmt::format("{}{}: mean and p95 error, degrees", group.empty() ? "" : group + ", ", kGazeClasses[c].name);
+    t.title = fmt::format("{}{}: error, degrees", group.empty() ? "" : group + ", ", kGazeClasses[c].name);
     t.error_name = fmt::format("mean error at {:g} ms, degrees", static_cast<double>(request.horizons_ns.back()) * 1e-6);
-    for (const char* what : {"mean", "median", "p95", "p99"})
+    for (const char* what : {"mean", "p95", "median", "p99"})
         for (const auto h : request.horizons_ns) t.columns.push_back(fmt::format("{}_{:g}ms", what, static_cast<double>(h) * 1e-6));
     t.columns.push_back("in68");
     t.columns.push_back("in95");
+    t.text_columns = 2 * request.horizons_ns.size();   // all of them would be some 25 beside each other
     for (std::size_t m = 0; m < methods.size(); ++m) {
         TradeoffRow row{methods[m].name, judgements[m].nanoseconds_per_sample(), kNan, {}, false, toml_of(methods[m])};
         std::vector<Statistics> s;
         for (std::size_t h = 0; h < request.horizons_ns.size(); ++h) s.push_back(judgements[m].statistics(group, c, h));
         for (const auto& x : s) row.values.push_back(x.mean);
-        for (const auto& x : s) row.values.push_back(x.median);
         for (const auto& x : s) row.values.push_back(x.p95);
+        for (const auto& x : s) row.values.push_back(x.median);
         for (const auto& x : s) row.values.push_back(x.p99);
         row.values.push_back(s.back().within68);
         row.values.push_back(s.back().within95);
@@ -118,7 +119,7 @@ TradeoffResult judge_predictors(const TradeoffRequest& request) {
         for (std::size_t c = 0; c < kClassCount; ++c) {
             TradeoffTable t = class_table(request, methods, judgements, g, c);
             if (std::none_of(t.rows.begin(), t.rows.end(), [](const auto& r) { return std::isfinite(r.error); })) continue;
-            t.note = g.empty() ? "Device groups weigh the same. in68, in95: share of outcomes within the stated radii, at the last horizon." : "";
+            t.note = g.empty() ? "Device groups weigh the same. Also in the page, CSV and JSON: medians, p99, and in68, in95: share of outcomes within the stated radii, at the last horizon." : "";
             if (g.empty()) result.plots.push_back(plot_of(t));
             result.tables.push_back(std::move(t));
         }

@@ -149,11 +149,12 @@ std::string to_text(const TradeoffTable& table) {
     std::size_t width = 8;
     for (const auto& r : table.rows) width = std::max(width, r.method.size());
     fmt::format_to(to, "  {:<{}} {:>10}", "method", width, table.cost_name);
-    for (const auto& c : table.columns) fmt::format_to(to, " {:>{}}", c, std::max<std::size_t>(8, c.size()));
+    const std::size_t shown = std::min(table.columns.size(), table.text_columns);
+    for (std::size_t i = 0; i < shown; ++i) fmt::format_to(to, " {:>{}}", table.columns[i], std::max<std::size_t>(8, table.columns[i].size()));
     s += '\n';
     for (const auto& r : table.rows) {
         fmt::format_to(to, "{} {:<{}} {:>10}", r.frontier ? '*' : ' ', r.method, width, number(r.cost_ns / table.cost_unit_ns));
-        for (std::size_t i = 0; i < table.columns.size(); ++i)
+        for (std::size_t i = 0; i < shown; ++i)
             fmt::format_to(to, " {:>{}}", number(r.values[i]), std::max<std::size_t>(8, table.columns[i].size()));
         s += '\n';
     }

@@ -3,6 +3,7 @@
 // Threads: plain data and pure functions.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,7 @@ struct TradeoffTable {
     double cost_unit_ns = 1;                          // of cost_name; CSV and JSON say nanoseconds
     std::vector<std::string> columns;
     std::vector<TradeoffRow> rows;
+    std::size_t text_columns = SIZE_MAX;              // so many from the left are printed as text; CSV, JSON and page have all
 };
 
 struct TradeoffCurve {

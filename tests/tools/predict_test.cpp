@@ -112,6 +112,32 @@ TEST_F(PredictCommand, TradeoffJudgesEachPredictorByErrorAndCost) {
     EXPECT_NE(bytes(file("best.toml")).find("[predictor]"), std::string::npos);
 }
 
+TEST_F(PredictCommand, TradeoffsTextFitsATerminalAndThePageHasAll) {
+    ASSERT_EQ(run("tradeoff predict " + kRecordings + "vive_pro_eye_360vr.csv --csv " + file("t.csv")), 0) << bytes(file("stderr"));
+    std::istringstream text(bytes(file("stdout")));
+    for (std::string line; std::getline(text, line);)
+        EXPECT_TRUE(line.size() <= 140 || line.find("Device groups") != std::string::npos) << line;
+    EXPECT_NE(text.str().find("mean_70ms"), std::string::npos);
+    EXPECT_NE(text.str().find("p95_70ms"), std::string::npos);
+    EXPECT_EQ(text.str().find("p99_70ms"), std::string::npos);
+    for (const char* column : {"mean_10ms", "median_70ms", "p95_10ms", "p99_70ms", "in95"}) EXPECT_NE(bytes(file("t.csv")).find(column), std::string::npos) << column;
+}
+
+TEST_F(PredictCommand, TradeoffMeasuresTheJitterOfAFastTrackerToo) {
+    ASSERT_EQ(run("convert " + kRecordings + "eyelink_lookatpoint_s1.csv " + file("fast.csv") + " --duration 5"), 0) << bytes(file("stderr"));
+    ASSERT_EQ(run("tradeoff filter " + file("fast.csv") + " --json"), 0) << bytes(file("stderr"));
+    const auto tables = nlohmann::json::parse(bytes(file("stdout")));
+    double none = 0, smoothest = 1e9;
+    for (const auto& row : tables[0]["rows"]) {
+        ASSERT_TRUE(row["jitter"].is_number()) << row;
+        if (row["method"] == "none") none = row["jitter"];
+        smoothest = std::min(smoothest, row["jitter"].get<double>());
+    }
+    EXPECT_GT(none, 0.001) << "degrees";
+    EXPECT_LT(none, 0.2) << "steps of 4 ms, not over a blink";
+    EXPECT_LT(smoothest, none) << "some filter smooths";
+}
+
 TEST_F(PredictCommand, TradeoffSaysWhatItMisses) {
     EXPECT_EQ(run("tradeoff classify " + kRecordings + "vive_pro_eye_360vr.csv"), 3) << "it has no labels";
     EXPECT_NE(bytes(file("stderr")).find("label"), std::string::npos) << bytes(file("stderr"));
