@@ -30,6 +30,8 @@ std::string to_text(const Summary& s, const Options& o) {
                       static_cast<unsigned long long>(s.extrapolated), s.extrapolation_ms, s.latch_to_photon_extrapolated_ms, s.extrapolation_knows_motion ? "known" : "searched",
                       s.extrapolation_backend.c_str());
         out += text.data();
+    } else if (o.extrapolate == Extrapolate::automatic) {
+        out += "extrapolated no frame: nothing moved, or no frame took longer than a refresh\n";
     }
     if (s.extrapolated_psnr_db > 0) {
         std::snprintf(text.data(), text.size(), "the last of them: %.1f dB from the frame really rendered (repeating: %.1f dB): %s/frame_extrapolated.png\n",

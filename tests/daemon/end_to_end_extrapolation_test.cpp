@@ -105,17 +105,20 @@ TEST(Extrapolated, FramesComeOnlyWhereThePictureMovesAndMissesItsBudget) {
     DaemonProcess daemon(folder);
     ASSERT_TRUE(daemon.ready()) << daemon.log();
     double frame_ms = 0;   // of the last run: what the budget was held against, whatever the machine
-    const auto extrapolated = [&](const std::vector<std::string>& more) {
-        const auto view = run_program(viewer(daemon, more));
+    const auto extrapolated = [&](const std::vector<std::string>& more, const char* size = "160") {
+        const auto view = run_program(viewer(daemon, more, size));
         EXPECT_EQ(view.code, 0) << view.error;
         const auto summary = nlohmann::json::parse(view.out, nullptr, false);
         frame_ms = summary.value("frame_ms", 0.0);
         return summary.contains("extrapolation") ? summary["extrapolation"]["frames"].get<int>() : 0;
     };
-    const auto first = run_program(viewer(daemon, {"--frames", "1"}));
+    auto command = viewer(daemon, {"--frames", "1", "--extrapolate", "auto"});
+    std::erase(command, "--json");
+    const auto first = run_program(command);
     if (first.code == 1 && first.error.find("libegl") != std::string::npos) GTEST_SKIP() << "no OpenGL ES driver: " << first.error;
+    EXPECT_THAT(first.out, testing::HasSubstr("extrapolated no frame: nothing moved, or no frame took longer than a refresh"));
     // 1000 Hz: no frame of a software rasteriser is that quick. The camera turns; at 100 times its speed also visibly.
-    const int missed = extrapolated({"--frames", "6", "--extrapolate", "auto", "--speed", "100", "--refresh-hz", "1000", "--scanout-ms", "1"});
+    const int missed = extrapolated({"--method", "full", "--frames", "6", "--extrapolate", "auto", "--speed", "100", "--refresh-hz", "1000", "--scanout-ms", "1"}, "512");
     constexpr double kClearly = 2;
     if (frame_ms > kClearly) {
         EXPECT_GT(missed, 0) << "frames of " << frame_ms << " ms in a budget of one";

@@ -66,7 +66,7 @@ TEST(Conformance, EveryTestThatThePageNamesExists) {
 TEST(Conformance, EveryTestOfAnExtensionIsOnThePage) {
     const std::string page = text_of(fs::path(FOVEA_SOURCE_DIR) / "docs/conformance.md");
     const auto all = tests_of_the_layer();
-    for (const char* suite : {"FramebufferFoveated", "TextureFoveated", "FrameExtrapolation", "Layers", "Views", "LostContext"}) {
+    for (const char* suite : {"FramebufferFoveated", "TextureFoveated", "FrameExtrapolation", "FrameExtrapolationAmong", "Layers", "Views", "LostContext"}) {
         ASSERT_TRUE(all.contains(suite)) << suite;
         for (const std::string& test : all.at(suite)) EXPECT_NE(page.find(test), std::string::npos) << suite << '.' << test;
     }
