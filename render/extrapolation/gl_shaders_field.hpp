@@ -313,7 +313,7 @@ vec4 gathered(ivec2 at, vec2 d) {
     vec4 own = texelFetch(image0, at, 0);
     if (dot(d, d) < 1.0 / 65536.0 || !finite(own)) return own;
     vec2 p = vec2(at) + d, base = floor(p), f = p - base;
-    vec4 sum = vec4(0.0), low = vec4(3.4e38), high = vec4(-3.4e38);
+    vec4 sum = vec4(0.0), low = vec4(3.4028235e38), high = vec4(-3.4028235e38);
     float total = 0.0;
     for (int k = 0; k < 4; ++k) {
         ivec2 o = ivec2(k & 1, k >> 1);
@@ -326,14 +326,16 @@ vec4 gathered(ivec2 at, vec2 d) {
         total += w;
     }
     if (total <= 0.0) return own;
-    if (rounds % 2 == 0 || total < 0.999) return sum / total;
+    // Rounded, a mean may be more than its numbers: an alpha of 1, or the largest number.
+    vec4 mean = clamp(sum / total, low, high);
+    if (rounds % 2 == 0 || total < 0.999) return mean;
     vec4 wx = lobes(f.x), wy = lobes(f.y), all4 = vec4(0.0);
     for (int k = 0; k < 16; ++k) {
         vec4 v = tap(ivec2(base) + ivec2(k & 3, k >> 2) - 1);
-        if (!finite(v)) return sum / total;
+        if (!finite(v)) return mean;
         all4 += wx[k & 3] * wy[k >> 2] * v;
     }
-    return clamp(all4, low, high);   // no dark rim about a light of 10,000
+    return finite(all4) ? clamp(all4, low, high) : mean;   // no dark rim about a light of 10,000
 }
 )";
 

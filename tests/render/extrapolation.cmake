@@ -12,6 +12,7 @@ fovea_test(fovea_extrapolation_test SOURCES
 fovea_test(fovea_extrapolation_gl_test SOURCES
   ../../tools/extrapolation_scenes.cpp
   extrapolation_gl_quality_test.cpp
+  extrapolation_gl_random_pictures_test.cpp
   extrapolation_gl_random_state_test.cpp
   extrapolation_gl_state_test.cpp
   extrapolation_gl_test.cpp
