@@ -33,6 +33,7 @@ struct Extrapolator::State {
     MotionEdges edges, known_edges;   // of the search's cells, and of the renderer's without depth
     bool known_with_depth = false;
     Gather gather;
+    ChangingLight light;
     StandingRims rims;
 };
 
@@ -164,6 +165,7 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
         const Field& sized = s.known_projection.displacement();
         if (sized.width != hints.motion->width || sized.height != hints.motion->height || (with_depth && !s.known_with_depth)) try {
                 if (with_depth) {
+                    if (!is_float(src1.format)) s.light.resize(src1.width_px, src1.height_px);
                     s.known_projection.resize_known(hints.motion->width, hints.motion->height, src1.width_px, src1.height_px);
                 } else {
                     s.known_projection.resize(hints.motion->width, hints.motion->height);
@@ -272,8 +274,13 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
         job.far_displacement = projection->far_displacement();
         job.sources = &projection->sources();
         s.report.used_both = true;
+        if (!is_float(near.format)) {
+            s.light.clear();
+            job.light = &s.light;
+        }
     }
     s.gather.run(job, *s.kernels, s.pool);
+    if (job.light != nullptr && s.light.find(step)) s.light.apply(output, s.pool);
     // With depth the projection knows the edges already.
     MotionEdges& edges = known_cell == 0 ? s.edges : s.known_edges;
     if (fine && !with_depth && edges.find(projection->displacement(), foveated ? fovea.box : projection->touched(), gaze, cell_px)) {

@@ -24,15 +24,21 @@ void Gather::resize(int width_px, Format format, int threads) {
 bool Gather::how_row(const Job& job, int y, int x0, int x1, Scratch& s) noexcept {
     const int q = job.all.cell_px, w = job.near->width_px, h = job.near->height_px;
     const std::uint8_t* cells = job.sources->data() + static_cast<std::ptrdiff_t>(y / q) * job.far_displacement->width;
-    std::int32_t any = 0;
-    for (int x = x0; x < x1; ++x) {
-        const auto k = static_cast<std::size_t>(x);
-        const std::int32_t fx = s.dx[k + kExpandPad] + x * 256, fy = s.dy[k + kExpandPad] + y * 256;
-        const bool inside = fx >= 0 && fy >= 0 && fx <= (w - 1) * 256 && fy <= (h - 1) * 256;
-        s.how[k] = inside ? cells[q == 1 ? x : x / q] : kFirstOnly;
-        any |= s.how[k];
-    }
-    return any != 0;
+    const std::int32_t *dx = s.dx.data() + kExpandPad, *dy = s.dy.data() + kExpandPad;
+    std::int32_t* how = s.how.data();
+    const auto judge = [&](const auto& source_of) {
+        const auto right = static_cast<std::uint32_t>((w - 1) * 256), bottom = static_cast<std::uint32_t>((h - 1) * 256);
+        std::int32_t any = 0;
+        for (int x = x0; x < x1; ++x) {   // without a branch: several at once
+            const auto fx = static_cast<std::uint32_t>(dx[x] + x * 256), fy = static_cast<std::uint32_t>(dy[x] + y * 256);
+            const std::int32_t inside = -static_cast<std::int32_t>((fx <= right) & (fy <= bottom));
+            how[x] = static_cast<std::int32_t>(source_of(x)) & inside;
+            any |= how[x];
+        }
+        return any != 0;
+    };
+    static_assert(kFirstOnly == 0);
+    return q == 1 ? judge([&](int x) { return cells[x]; }) : judge([&](int x) { return cells[x / q]; });
 }
 
 void Gather::displacement_row(const Field& f, int q, int y, int x0, int x1, const Kernels& kernels, Scratch& s) noexcept {
@@ -104,7 +110,7 @@ void Gather::run(const Job& job, const Kernels& kernels, ThreadPool& pool) noexc
                         if (how_row(job, y, x0, x1, s)) {
                             const Gatherable& far = *job.far_source;
                             warp({far.pixels, far.row_bytes, near.width_px, near.height_px, y, x0, x1, s.dx.data() + kExpandPad, s.dy.data() + kExpandPad, s.second.data(), far.finite});
-                            (floats ? kernels.blend_float : kernels.blend_rgba8)({to, s.second.data(), s.how.data() + x0, x1 - x0});
+                            (floats ? kernels.blend_float : kernels.blend_rgba8)({to, s.second.data(), s.how.data() + x0, x1 - x0, job.light != nullptr ? job.light->differences(x0, y) : nullptr});
                         }
                     }
                     if (!own) pack_row(s.packed.data(), near.format, x1 - x0, out);

@@ -4,6 +4,7 @@
 // nearer cell where they do not, so that two surfaces keep an edge between them.
 #pragma once
 
+#include "render/extrapolation/changing_light.hpp"
 #include "render/extrapolation/extrapolation.hpp"
 #include "render/extrapolation/sources.hpp"
 
@@ -33,6 +34,7 @@ public:
         const Gatherable* far_source = nullptr;
         const Field* far_displacement = nullptr;
         const std::vector<std::uint8_t>* sources = nullptr;   // Projection::sources
+        ChangingLight* light = nullptr;                       // told how both differ, if 8-bit
     };
     void run(const Job& job, const Kernels& kernels, ThreadPool& pool) noexcept;
 

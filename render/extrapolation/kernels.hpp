@@ -123,7 +123,12 @@ struct BlendRow {
     const void* second;          // four channels of 8 bits, or four floats
     const std::int32_t* how;     // one of the three per pixel
     int count;
+    // Adds up by how much the second is above the first where, of eight pixels, both count in all: for each eight kDifferenceLanes
+    // numbers, pairs of the first and third channel's differences and then of the second's and of the sizes of all three.
+    // Null, and always of floats: not asked.
+    std::int16_t* differences = nullptr;
 };
+inline constexpr int kDifferenceLanes = 32;
 
 // One row of the gather. dx, dy: where each output pixel comes from, relative, 1/256 pixel, at most kMaxEdgePx.
 struct WarpRow {

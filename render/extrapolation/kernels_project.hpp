@@ -60,14 +60,20 @@ static void load_carry_row(const CarryJob& job, int y) {
         const V8 first = a, other = c;
         a *= factor;
         c *= factor;
-        if (job.bend != nullptr) {
-            a += (bend[0][0] + slope[0][0] * place) * first + (bend[0][1] + slope[0][1] * place) * other;
-            c += (bend[1][0] + slope[1][0] * place) * first + (bend[1][1] + slope[1][1] * place) * other;
-            place += 8.0f;
-        }
         absolute(size_u, a);
         absolute(size_v, c);
         const I8 ok = (size_u <= reach) & (size_v <= reach);
+        if (job.bend != nullptr) {
+            // A path that bends by more of its length is none of a turn's.
+            const V8 most = (size_u + size_v) * 0.25f;
+            V8 more_a = (bend[0][0] + slope[0][0] * place) * first + (bend[0][1] + slope[0][1] * place) * other;
+            V8 more_c = (bend[1][0] + slope[1][0] * place) * first + (bend[1][1] + slope[1][1] * place) * other;
+            more_a = more_a > most ? most : more_a;
+            more_c = more_c > most ? most : more_c;
+            a += more_a < -most ? -most : more_a;
+            c += more_c < -most ? -most : more_c;
+            place += 8.0f;
+        }
         a = ok ? a : V8{};
         c = ok ? c : V8{};
         store(r.a + x, a);
@@ -186,14 +192,6 @@ FOVEA_INLINE void floor8(I8& out, const V8& v) {
     const V8 back = __builtin_convertvector(out, V8);
     out += back > v;   // -1 where true
 }
-FOVEA_INLINE bool any8(const I8& mask) {
-    struct Halves { L2 lo, hi; };
-    Halves h;
-    __builtin_memcpy(&h, &mask, sizeof h);
-    const L2 any = h.lo | h.hi;
-    return (any[0] | any[1]) != 0;
-}
-
 static bool carry(const CarryJob& job) {
     constexpr float kEdge_px = 0.25f;   // neighbours whose motion differs by more do not belong together
     const float per_cell = 1.0f / static_cast<float>(job.cell_px);

@@ -2,6 +2,14 @@
 //
 // Two 8-bit channels ride in one 32-bit lane as two 16-bit numbers.
 
+FOVEA_INLINE bool any8(const I8& mask) {
+    struct Halves { L2 lo, hi; };
+    Halves h;
+    __builtin_memcpy(&h, &mask, sizeof h);
+    const L2 any = h.lo | h.hi;
+    return (any[0] | any[1]) != 0;
+}
+
 struct Fixed {
     I8 x, y;          // whole pixels
     U8 fx, fy;        // 1/256, in both halves of the lane
@@ -404,7 +412,7 @@ static void fix(const float* px, std::int32_t* fixed, int count) {
 }
 
 // Eight pixels at a time, each channel in a lane of its own.
-FOVEA_INLINE void blend8(std::uint8_t* out, const std::uint8_t* second, const std::int32_t* how) {
+FOVEA_INLINE void blend8(std::uint8_t* out, const std::uint8_t* second, const std::int32_t* how, std::int16_t* differences) {
     U8 a, b;
     I8 limit;
     __builtin_memcpy(&a, out, sizeof a);
@@ -417,6 +425,17 @@ FOVEA_INLINE void blend8(std::uint8_t* out, const std::uint8_t* second, const st
         apart[c] = reinterpret_cast<I8>(q) - first[c];
         const I8 size = apart[c] < 0 ? -apart[c] : apart[c];
         most = size > most ? size : most;
+    }
+    if (differences != nullptr && !any8(limit != kBoth)) {
+        I8 size{};
+        for (int c = 0; c < 3; ++c) size += apart[c] < 0 ? -apart[c] : apart[c];
+        const I8 pairs[2] = {(apart[0] & 0xffff) | apart[2] << 16, (apart[1] & 0xffff) | size << 16};
+        for (int k = 0; k < 2; ++k) {
+            U8 sum;
+            __builtin_memcpy(&sum, differences + 16 * k, sizeof sum);
+            add16(sum, reinterpret_cast<U8>(pairs[k]));
+            __builtin_memcpy(differences + 16 * k, &sum, sizeof sum);
+        }
     }
     I8 weight = kSecondOnly - most;   // of 48: a half up to a difference of 24 levels, none from 48 on
     weight = weight < 0 ? I8{} : weight;
@@ -434,7 +453,8 @@ static void blend_rgba8(const BlendRow& row) {
     auto* out = static_cast<std::uint8_t*>(row.out);
     const auto* second = static_cast<const std::uint8_t*>(row.second);
     int x = 0;
-    for (; x + 8 <= row.count; x += 8) blend8(out + 4 * x, second + 4 * x, row.how + x);
+    const auto at = [&](int k) { return row.differences == nullptr ? nullptr : row.differences + k / 8 * kDifferenceLanes; };
+    for (; x + 8 <= row.count; x += 8) blend8(out + 4 * x, second + 4 * x, row.how + x, at(x));
     if (x == row.count) return;
     std::uint8_t a[32] = {}, b[32] = {};
     std::int32_t how[8] = {};
@@ -442,7 +462,7 @@ static void blend_rgba8(const BlendRow& row) {
     __builtin_memcpy(a, out + 4 * x, 4 * left);
     __builtin_memcpy(b, second + 4 * x, 4 * left);
     __builtin_memcpy(how, row.how + x, 4 * left);
-    blend8(a, b, how);
+    blend8(a, b, how, at(x));
     __builtin_memcpy(out + 4 * x, a, 4 * left);
 }
 

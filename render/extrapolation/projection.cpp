@@ -188,7 +188,8 @@ void Projection::run_known(const KnownMotion& known, float step, int cell_px, fl
     if (has_far_) std::fill(sources_.begin(), sources_.end(), static_cast<std::uint8_t>(kBoth));
     // Who does not say where each point will be says by its motion how paths bend.
     PathBend bend;
-    const bool bends = known.ahead_px == nullptr;
+    constexpr float kFarthest = 2;   // frame times: a path is no parabola for longer
+    const bool bends = known.ahead_px == nullptr && std::fabs(step) <= kFarthest;
     if (bends) bend = fit_path_bend(known.motion_px, out_.width, out_.height, reach_px);
     moves_ = kernels.carry({known.motion_px, known.ahead_px, known.depth, step, bends ? &bend : nullptr, out_.width, out_.height, cell_px, reach_px,
                             cell_px == 1 ? source.pixels : nullptr, source.row_bytes, floats, carry_.data(), front_.data(),
@@ -196,7 +197,7 @@ void Projection::run_known(const KnownMotion& known, float step, int cell_px, fl
                             far_.u.data(), far_.v.data()});
     filled_ = 0;
     if (moves_) {
-        const Carry carry{&known, step, cell_px};
+        const Carry carry{&known, step, cell_px, bends ? &bend : nullptr};
         border_.find(source, floats);
         fill_holes(cell_px, &carry);
     }
@@ -226,7 +227,14 @@ bool Projection::continues(const Carry& carry, int x, int y, std::size_t found) 
         for (int i = std::max(px - 1, 0); i <= std::min(px + 1, w - 1); ++i) {
             const std::size_t at = static_cast<std::size_t>(j) * static_cast<std::size_t>(w) + static_cast<std::size_t>(i);
             if (!(-carry.known->depth[at] > front_[found])) continue;
-            const float du = given[2 * at] * scale + out_.u[found], dv = given[2 * at + 1] * scale + out_.v[found];
+            const float u = given[2 * at], v = given[2 * at + 1];
+            float du = u * scale + out_.u[found], dv = v * scale + out_.v[found];
+            if (carry.bend != nullptr) {
+                const float half = 0.5f * scale * (1 + scale) * per_cell, fx = static_cast<float>(i), fy = static_cast<float>(j);
+                const auto along = [&](const float (&g)[2][3]) { return half * ((g[0][0] + g[0][1] * fx + g[0][2] * fy) * u + (g[1][0] + g[1][1] * fx + g[1][2] * fy) * v); };
+                du += along(carry.bend->u);
+                dv += along(carry.bend->v);
+            }
             if (!(std::fabs(du) <= alike && std::fabs(dv) <= alike)) return false;
         }
     return true;
@@ -267,8 +275,19 @@ void Projection::fill_holes(int cell_px, const Carry* carry) noexcept {
     const auto at = [w](int x, int y) { return static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x); };
     long holes = 0;
     const Box& box = touched_;
+    constexpr int kAtOnce = 32;   // cells: most runs of them have no hole
     for (int y = box.y0; y < box.y1; ++y)
-        for (int x = box.x0; x < box.x1; ++x) {
+        for (int x = box.x0, known_to = x; x < box.x1; ++x) {
+            if (x >= known_to) {
+                known_to = std::min(x + kAtOnce, box.x1);
+                const float* row = front_.data() + at(x, y);
+                int any = 0;
+                for (int k = 0; k < known_to - x; ++k) any |= row[k] == kNothing ? 1 : 0;
+                if (any == 0) {
+                    x = known_to - 1;
+                    continue;
+                }
+            }
             if (front_[at(x, y)] != kNothing) continue;
             ++holes;
             float& u = out_.u[at(x, y)];

@@ -62,6 +62,7 @@ private:
         const KnownMotion* known;
         float step;
         int cell_px;
+        const PathBend* bend;   // null: none
     };
     void fill_holes(int cell_px, const Carry* carry) noexcept;   // null: no known motion with depth
     struct Hole;

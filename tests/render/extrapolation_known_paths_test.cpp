@@ -212,4 +212,51 @@ TEST(KnownMotion, AFrontLeavesNothingOfItsEdgeBehind) {
     EXPECT_LT(behind, 32) << "levels of the box's red in what lies behind it";
 }
 
+// Noise that moves by 4 px per frame under a light of its own.
+template <class Light>
+Picture lit(Format format, float time, const Light& light) {
+    Picture p(192, 160, format);
+    for (int y = 0; y < p.height; ++y)
+        for (int x = 0; x < p.width; ++x) {
+            const auto fx = static_cast<float>(x), fy = static_cast<float>(y);
+            const float shade = light(fx, fy, time), v = 0.2f + 0.3f * noise(fx - 4 * time, fy, 5);
+            p.set(x, y, {v + shade, v + shade, 0.8f * v + shade, 1});
+        }
+    return p;
+}
+
+TEST(KnownMotion, AHighlightThatSlidesOverASurfaceGoesOnSliding) {
+    const auto highlight = [](float x, float y, float time) {
+        const float dx = x - 90 + 2 * time, dy = y - 80 - 2 * time;
+        return 0.3f * std::exp(-(dx * dx + dy * dy) / (2 * 12 * 12));
+    };
+    const Buffers b(192, 160, 4, 0);
+    const KnownMotion motion = b.view();
+    for (const Format format : {Format::rgba8, Format::rgb8}) {
+        const Picture src1 = lit(format, 0, highlight), src2 = lit(format, 1, highlight), truth = lit(format, 1.5f, highlight);
+        Picture out(src2), portable(src2);
+        auto e = engine(), other = engine(Preset::balanced, 3, false);
+        ASSERT_EQ(run(e, src1, src2, out, 0.5f, {.motion = &motion}), Outcome::ok);
+        ASSERT_EQ(run(other, src1, src2, portable, 0.5f, {.motion = &motion}), Outcome::ok);
+        EXPECT_EQ(out, portable) << format_name(format) << ": whatever the code path and the number of threads";
+        EXPECT_GT(psnr(out, truth, 16), 38) << format_name(format) << ": 36 if the mean of both sources is shown";
+    }
+}
+
+TEST(KnownMotion, AShadowsEdgeIsNotMadeDarkerThanTheShadow) {
+    // It goes on over a surface that moves otherwise: between its place in src1 and in src2 the light has fallen once, and stays.
+    const auto shadow = [](float x, float, float time) { return x < 60 + 11 * time ? -0.15f : 0.0f; };
+    const Buffers b(192, 160, 4, 0);
+    const KnownMotion motion = b.view();
+    const Picture src1 = lit(Format::rgba8, 0, shadow), src2 = lit(Format::rgba8, 1, shadow);
+    const Picture lightless = lit(Format::rgba8, 1.5f, [](float, float, float) { return -0.15f; });
+    Picture out(src2);
+    auto e = engine();
+    ASSERT_EQ(run(e, src1, src2, out, 0.5f, {.motion = &motion}), Outcome::ok);
+    int darker = 0;
+    for (int y = 8; y < 152; ++y)
+        for (int x = 16; x < 176; ++x) darker = std::max(darker, std::to_integer<int>(lightless.at(x, y)[1]) - std::to_integer<int>(out.at(x, y)[1]));
+    EXPECT_LT(darker, 8) << "levels of 38 by which the light fell";
+}
+
 }  // namespace
