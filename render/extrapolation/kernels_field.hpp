@@ -21,26 +21,32 @@ static void halve(const float* in, std::ptrdiff_t in_stride, float* out, std::pt
     }
 }
 
-// Row by row over all tiles, so that memory is read in order; a tile that differs is not looked at again.
-static void same_tiles(const std::uint8_t* a, std::ptrdiff_t a_stride, const std::uint8_t* b, std::ptrdiff_t b_stride, int rows, int tiles, int tile_bytes, std::uint8_t* same) {
-    for (int t = 0; t < tiles; ++t) same[t] = 1;
-    for (int y = 0; y < rows; ++y, a += a_stride, b += b_stride)
-        for (int t = 0; t < tiles; ++t) {
-            if (same[t] == 0) continue;
-            const std::uint8_t *p = a + static_cast<std::ptrdiff_t>(t) * tile_bytes, *q = b + static_cast<std::ptrdiff_t>(t) * tile_bytes;
-            I8 apart{};
-            for (int k = 0; k < tile_bytes; k += 32) {
+// Four rows at a time over all tiles: memory is read in order, and a tile is asked once for them all. `same` keeps what the rows
+// above have found.
+template <int kRows>
+FOVEA_INLINE void same_rows(const std::uint8_t* a, std::ptrdiff_t a_stride, const std::uint8_t* b, std::ptrdiff_t b_stride, int tiles, int tile_bytes, std::uint8_t* same) {
+    for (int t = 0; t < tiles; ++t) {
+        const std::uint8_t *p = a + static_cast<std::ptrdiff_t>(t) * tile_bytes, *q = b + static_cast<std::ptrdiff_t>(t) * tile_bytes;
+        I8 apart{};
+        for (int k = 0; k < tile_bytes; k += 32)
+            for (int r = 0; r < kRows; ++r) {
                 I8 v, w;
-                __builtin_memcpy(&v, p + k, sizeof v);
-                __builtin_memcpy(&w, q + k, sizeof w);
+                __builtin_memcpy(&v, p + r * a_stride + k, sizeof v);
+                __builtin_memcpy(&w, q + r * b_stride + k, sizeof w);
                 apart |= v ^ w;
             }
-            struct Halves { L2 lo, hi; };
-            Halves h;
-            __builtin_memcpy(&h, &apart, sizeof h);
-            const L2 any = h.lo | h.hi;
-            same[t] = (any[0] | any[1]) == 0;
-        }
+        struct Halves { L2 lo, hi; };
+        Halves h;
+        __builtin_memcpy(&h, &apart, sizeof h);
+        const L2 any = h.lo | h.hi;
+        same[t] = static_cast<std::uint8_t>(same[t] & ((any[0] | any[1]) == 0 ? 1 : 0));
+    }
+}
+static void same_tiles(const std::uint8_t* a, std::ptrdiff_t a_stride, const std::uint8_t* b, std::ptrdiff_t b_stride, int rows, int tiles, int tile_bytes, std::uint8_t* same) {
+    for (int t = 0; t < tiles; ++t) same[t] = 1;
+    int y = 0;
+    for (; y + 4 <= rows; y += 4) same_rows<4>(a + y * a_stride, a_stride, b + y * b_stride, b_stride, tiles, tile_bytes, same);
+    for (; y < rows; ++y) same_rows<1>(a + y * a_stride, a_stride, b + y * b_stride, b_stride, tiles, tile_bytes, same);
 }
 
 // Two channels ride in one 32-bit lane: 16 pixels of 255 stay below 2^16.
