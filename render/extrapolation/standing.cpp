@@ -1,5 +1,6 @@
 #include "render/extrapolation/standing.hpp"
 
+#include <bit>
 #include <cmath>
 #include <cstring>
 
@@ -29,50 +30,60 @@ bool same(const ConstImage& a, const ConstImage& b, int x, int y) noexcept {
     return std::memcmp(p, q, static_cast<std::size_t>(bytes)) == 0;
 }
 
-// Which pixels of a tile, and of those around it, are equal in both sources; beyond the picture nothing is.
+// Which pixels of a tile, and of those around it, are equal in both sources; beyond the picture nothing is. Bit i of row j is the
+// pixel (x0 - 1 + i, y0 - 1 + j).
 struct Mask {
-    std::uint8_t same[kTilePx + 2][kTilePx + 2];
+    static constexpr int kEdge = kTilePx + 2;
+    static constexpr std::uint32_t kOwn = ((1u << kTilePx) - 1) << 1;   // the tile's own columns
+    std::uint32_t same[kEdge];
     bool any = false, all = true;   // of them are
 
     Mask(const ConstImage& a, const ConstImage& b, int x0, int y0) noexcept {
         const int bytes = bytes_per_pixel(a.format);
         if (bytes == 4 && x0 > 0 && y0 > 0 && x0 + kTilePx < a.width_px && y0 + kTilePx < a.height_px) {
-            unsigned most = 0, least = 1;
-            for (int j = 0; j < kTilePx + 2; ++j) {
-                std::uint32_t m[kTilePx + 2], n[kTilePx + 2];
-                std::memcpy(m, a.row(y0 - 1 + j) + static_cast<std::ptrdiff_t>(4) * (x0 - 1), sizeof m);
-                std::memcpy(n, b.row(y0 - 1 + j) + static_cast<std::ptrdiff_t>(4) * (x0 - 1), sizeof n);
-                for (int i = 0; i < kTilePx + 2; ++i) {
-                    const unsigned equal = m[i] == n[i] ? 1u : 0u;
-                    same[j][i] = static_cast<std::uint8_t>(equal);
-                    most |= equal;
-                    least &= equal;
-                }
+            std::uint32_t most = 0, least = ~0u;
+            for (int j = 0; j < kEdge; ++j) {
+                same[j] = equal_pixels(a.row(y0 - 1 + j) + static_cast<std::ptrdiff_t>(4) * (x0 - 1), b.row(y0 - 1 + j) + static_cast<std::ptrdiff_t>(4) * (x0 - 1));
+                most |= same[j];
+                least &= same[j];
             }
             any = most != 0;
-            all = least != 0;
+            all = least == (1u << kEdge) - 1;
             return;
         }
-        for (int j = 0; j < kTilePx + 2; ++j)
-            for (int i = 0; i < kTilePx + 2; ++i) {
+        for (int j = 0; j < kEdge; ++j) {
+            same[j] = 0;
+            for (int i = 0; i < kEdge; ++i) {
                 const int x = x0 - 1 + i, y = y0 - 1 + j;
-                const bool inside = x >= 0 && y >= 0 && x < a.width_px && y < a.height_px;
-                bool equal = false;
-                if (inside) {
-                    const std::ptrdiff_t at_pixel = static_cast<std::ptrdiff_t>(x) * bytes;
-                    if (bytes == 4) {
-                        std::uint32_t m, n;
-                        std::memcpy(&m, a.row(y) + at_pixel, 4);
-                        std::memcpy(&n, b.row(y) + at_pixel, 4);
-                        equal = m == n;
-                    } else {
-                        equal = std::memcmp(a.row(y) + at_pixel, b.row(y) + at_pixel, static_cast<std::size_t>(bytes)) == 0;
-                    }
-                }
-                same[j][i] = equal;
+                if (x < 0 || y < 0 || x >= a.width_px || y >= a.height_px) continue;
+                const bool equal = extrapolation::same(a, b, x, y);
+                same[j] |= (equal ? 1u : 0u) << i;
                 any = any || equal;
-                all = all && (equal || !inside);
+                all = all && equal;
             }
+        }
+    }
+
+private:
+    // Of the kEdge pixels of 4 bytes at p and q.
+    static std::uint32_t equal_pixels(const std::byte* p, const std::byte* q) noexcept {
+        typedef std::int32_t I4 __attribute__((vector_size(16)));
+        constexpr int kLanes = 4;
+        I4 bits{};
+        for (int i = 0; i + kLanes <= kEdge; i += kLanes) {
+            I4 m, n;
+            std::memcpy(&m, p + 4 * i, sizeof m);
+            std::memcpy(&n, q + 4 * i, sizeof n);
+            bits |= (m == n) & (I4{1, 2, 4, 8} << i);
+        }
+        std::uint32_t equal = static_cast<std::uint32_t>((bits[0] | bits[1]) | (bits[2] | bits[3]));
+        for (int i = kEdge / kLanes * kLanes; i < kEdge; ++i) {
+            std::uint32_t m, n;
+            std::memcpy(&m, p + 4 * i, 4);
+            std::memcpy(&n, q + 4 * i, 4);
+            equal |= (m == n ? 1u : 0u) << i;
+        }
+        return equal;
     }
 };
 
@@ -188,14 +199,18 @@ void StandingRims::vote(const Job& job, int column, int row) noexcept {
         votes.back += back;
         votes.pixels += 1;
     };
-    for (int y = row * kTilePx; y < std::min((row + 1) * kTilePx, h); ++y)
-        for (int x = column * kTilePx; x < std::min((column + 1) * kTilePx, w); ++x) {
-            const int i = x - column * kTilePx + 1, j = y - row * kTilePx + 1;
-            if (mask.same[j][i] == 0) continue;
-            constexpr int kWays[4][2] = {{1, 0}, {-1, 0}, {0, 1}, {0, -1}};
-            for (const auto& way : kWays)
-                if (mask.same[j - way[1]][i - way[0]] == 0 && inside(x - way[0], y - way[1])) ask(x, y, way[0], way[1]);
+    for (int j = 1; j <= kTilePx; ++j) {
+        const std::uint32_t here = mask.same[j] & Mask::kOwn;
+        const struct {
+            int dx, dy;
+            std::uint32_t edge;   // of its pixels: the one before does not stand still
+        } ways[4] = {{1, 0, here & ~(mask.same[j] << 1)}, {-1, 0, here & ~(mask.same[j] >> 1)}, {0, 1, here & ~mask.same[j - 1]}, {0, -1, here & ~mask.same[j + 1]}};
+        for (std::uint32_t left = (ways[0].edge | ways[1].edge) | (ways[2].edge | ways[3].edge); left != 0; left &= left - 1) {
+            const int i = std::countr_zero(left), x = column * kTilePx + i - 1, y = row * kTilePx + j - 1;
+            for (const auto& way : ways)
+                if ((way.edge >> i & 1u) != 0 && inside(x - way.dx, y - way.dy)) ask(x, y, way.dx, way.dy);
         }
+    }
 }
 
 void StandingRims::run(const Job& job) noexcept {
