@@ -184,13 +184,20 @@ void MotionSearch::search_level(const Box& box, const Box& around, int level, bo
                         static_cast<float>(filled.x1 + kSearchHigh), static_cast<float>(filled.y1 + kSearchHigh), patches.x0, patches.x1, patches.y0, patches.y1};
     pool.run(patches.y1 - patches.y0, kChunkRows, [&](int row0, int row1) { kernels.search(job, patches.y0 + row0, patches.y0 + row1); });
     kernels.balance({&job, rounds, tuning.stiffness});
-    Box& written = written_[backward ? 1 : 0][l];
-    if (!around.holds(written)) clear(fields[l], written);   // what a call before has left where nothing may move now
-    written = around;
-    if (!coarsest) spread_coarse(fields, around, box, level);
+    go_on(around, box, level, backward);
     const int first_band = box.y0 / kStridePx, bands = (box.y1 + kStridePx - 1) / kStridePx - first_band, bands_per_thread = (bands + threads_ - 1) / threads_;
     const SpreadJob spread{&job, fields[l].u.data(), fields[l].v.data(), spread_scratch_.data(), bands_per_thread, first_band, box.x0 / kStridePx, (box.x1 + kStridePx - 1) / kStridePx};
     pool.run(bands, bands_per_thread, [&](int band0, int band1) { kernels.spread(spread, first_band + band0, first_band + band1); });
+}
+
+// Around what is searched a level is as the coarser one found; beyond, nothing moves.
+void MotionSearch::go_on(const Box& around, const Box& searched, int level, bool backward) noexcept {
+    const auto l = static_cast<std::size_t>(level);
+    std::vector<Field>& fields = backward ? backward_ : forward_;
+    Box& written = written_[backward ? 1 : 0][l];
+    if (!around.holds(written)) clear(fields[l], written);   // what a call before has left where nothing may move now
+    written = around;
+    if (l + 1 < near_.size()) spread_coarse(fields, around, searched, level);
 }
 
 // A cell whose partner does not come back was hidden in the other source: its motion is a guess. `read`: where the smoothing, of

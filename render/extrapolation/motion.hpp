@@ -34,7 +34,7 @@ public:
     // With a gaze the finest level exists only around it, and all else goes on in the cells of level 1: searched there inside the
     // coarse radius, and beyond it as level 2 found.
     struct Fovea {
-        Box box;         // cells of level 0, whole blocks of kFoveaBlock: searched to the finest level
+        Box box;         // cells of level 0, whole blocks of kFoveaBlock: what moves there is searched to the finest level
         Box searched;    // cells of level 1: searched to that level
     };
     static constexpr int kFoveaBlock = 16;
@@ -55,6 +55,8 @@ private:
     void find_active(const TileMap& tiles) noexcept;
     [[nodiscard]] int backward_from(const Tuning& tuning) const noexcept;
     [[nodiscard]] Box active_at(int level) const noexcept;
+    [[nodiscard]] Box moving(const Box& part, const TileMap& tiles) const noexcept;
+    void go_on(const Box& around, const Box& searched, int level, bool backward) noexcept;
     [[nodiscard]] Box patches_of(const Box& box, int level) const noexcept;
     void choose_tasks(const Box& searched, const TileMap& tiles, int level) noexcept;
     void spread_coarse(std::vector<Field>& fields, const Box& may, const Box& searched, int level) noexcept;
@@ -77,7 +79,7 @@ private:
     std::vector<Box> written_[2];   // of each level, forward and backward: everything outside of it is 0
     Box filled_;   // of the finest luma
     float most_ = 0;   // of level 1, with a gaze: its largest motion
-    Box fine_;
+    Box box_, fine_;   // cells of level 0, with a gaze: searched there; what has a motion
     Box active_;   // cells of the finest level, whole tiles
 };
 

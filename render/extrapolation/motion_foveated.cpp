@@ -43,6 +43,21 @@ int MotionSearch::backward_from(const Tuning& tuning) const noexcept {
     return tuning.backward_level < 0 ? levels() : std::max(1, std::min(tuning.backward_level, levels() - 1));
 }
 
+// Of a part of the finest level, the whole blocks that may move, and a block around them: what stands still pulls at its neighbours.
+Box MotionSearch::moving(const Box& part, const TileMap& tiles) const noexcept {
+    const int cells = kTilePx / cell_px_;
+    Box found{tiles.columns, tiles.rows, 0, 0};
+    for (int row = part.y0 / cells; row < std::min((part.y1 + cells - 1) / cells, tiles.rows); ++row)
+        for (int column = part.x0 / cells; column < std::min((part.x1 + cells - 1) / cells, tiles.columns); ++column) {
+            if (tiles.is_anchor(column, row)) continue;
+            found = {std::min(found.x0, column), std::min(found.y0, row), std::max(found.x1, column + 1), std::max(found.y1, row + 1)};
+        }
+    if (found.x1 == 0) return {};
+    const Field& f = forward_[0];
+    const Box blocks = whole_blocks({found.x0 * cells, found.y0 * cells, found.x1 * cells, found.y1 * cells}, kFoveaBlock, f.width, f.height);
+    return common(part, blocks.grown(kFoveaBlock, f.width, f.height));
+}
+
 Box MotionSearch::run_coarse(const Fovea& fovea, const Tuning& tuning, const TileMap& tiles, const Kernels& kernels, ThreadPool& pool) noexcept {
     levels_below(near_, 2, kernels, pool);
     levels_below(far_, 2, kernels, pool);
@@ -52,7 +67,8 @@ Box MotionSearch::run_coarse(const Fovea& fovea, const Tuning& tuning, const Til
         find_active(tiles);
         active_ = whole_blocks(active_, kFoveaBlock, finest.width, finest.height);   // as the blocks are judged
     }
-    const Box box = common(fovea.box, active_), inner{box.x0 / 2, box.y0 / 2, (box.x1 + 1) / 2, (box.y1 + 1) / 2};
+    box_ = moving(fovea.box, tiles);
+    const Box &box = box_, inner{box.x0 / 2, box.y0 / 2, (box.x1 + 1) / 2, (box.y1 + 1) / 2};
     // The way back is asked for where the finest level will be smoothed, and as far around as most motions lead from there.
     constexpr int kBackAround = 16;
     const int back_from = backward_from(tuning);
@@ -82,13 +98,13 @@ Box MotionSearch::run_coarse(const Fovea& fovea, const Tuning& tuning, const Til
 
 void MotionSearch::run_fine(const Fovea& fovea, float step, const Tuning& tuning, const TileMap& tiles, const Kernels& kernels, ThreadPool& pool) noexcept {
     Field &finest = forward_[0], &coarse = forward_[1];
-    const Box box = common(fovea.box, active_);
+    const Box& box = box_;
     const int back_from = backward_from(tuning);
-    fine_ = {};
+    // What may come into the fovea from around it.
+    const float carried = 2 * most_ * std::fabs(step);
+    fine_ = fovea.box.grown(8 + static_cast<int>(std::min(carried, static_cast<float>(std::max(finest.width, finest.height)))), finest.width, finest.height);
+    if (moving(fine_, tiles).x1 == 0) fine_ = {};   // nothing moves there, and nothing comes
     if (box.x1 > 0) {
-        // What may come into the fovea from around it.
-        const float carried = 2 * most_ * std::fabs(step);
-        fine_ = fovea.box.grown(8 + static_cast<int>(std::min(carried, static_cast<float>(std::max(finest.width, finest.height)))), finest.width, finest.height);
         choose_tasks(box, tiles, 0);
         search_level(box, common(fine_, active_at(0)), 0, false, tuning, kernels, pool);
         if (back_from < levels()) {
@@ -97,10 +113,12 @@ void MotionSearch::run_fine(const Fovea& fovea, float step, const Tuning& tuning
                            box.grown(8, finest.width, finest.height), level);
         }
         smooth(box, tiles, tuning.smoothing_passes, kernels, pool);
+    } else if (fine_.x1 > 0) {
+        go_on(common(fine_, active_at(0)), {}, 0, false);
     }
     validate(tiles, &fovea.box);
     stand_still(coarse, active_at(1), 2 * cell_px_, tiles);
-    if (box.x1 > 0) stand_still(finest, common(fine_, active_at(0)), cell_px_, tiles);
+    if (fine_.x1 > 0) stand_still(finest, common(fine_, active_at(0)), cell_px_, tiles);
 }
 
 }  // namespace fovea::render::extrapolation
