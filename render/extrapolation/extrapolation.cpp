@@ -6,6 +6,7 @@
 
 #include "render/extrapolation/edges.hpp"
 #include "render/extrapolation/gather.hpp"
+#include "render/extrapolation/luma.hpp"
 #include "render/extrapolation/motion.hpp"
 #include "render/extrapolation/projection.hpp"
 #include "render/extrapolation/standing.hpp"
@@ -128,7 +129,7 @@ bool Extrapolator::prepare(int width_px, int height_px, Format format) noexcept 
         // A small picture has no motion to spare for coarse cells.
         if (std::min(width_px, height_px) < 256) s.tuning.cell_px = 2;
         s.tiles.resize(width_px, height_px);
-        s.luma_scratch.resize(width_px, s.settings.threads);
+        s.luma_scratch.resize(width_px, height_px, s.settings.threads);
         s.motion.resize(width_px, height_px, s.tuning.cell_px, s.settings.threads);
         s.projection.resize(s.motion.field().width, s.motion.field().height);
         s.coarse_projection.resize(s.motion.coarse_field().width, s.motion.coarse_field().height);
@@ -188,24 +189,29 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
     if (!std::isfinite(factor)) return repeat(factor < 0 ? src1 : src2, Report::Reason::factor_without_meaning);
     if (factor == -1) return repeat(src1, Report::Reason::at_a_source);
 
-    compare_tiles(src1, src2, output, s.tiles, *s.kernels, s.pool);
+    // Known motion belongs to src2; else the nearer source is moved, and time runs backwards from src1.
+    const bool from_first = known_cell == 0 && factor < -0.5f;
+    const ConstImage &near = from_first ? src1 : src2, &far = from_first ? src2 : src1;
+    const float step = from_first ? -1 - factor : factor;   // in frame times, away from the farther source
+    MotionSearch& m = s.motion;
+    MotionSearch::Fovea fovea;
+    const bool foveated = known_cell == 0 && hints.gaze != nullptr && m.fovea(*hints.gaze, fovea);
+    const Gaze* gaze = foveated ? hints.gaze : nullptr;   // a gaze that leaves nothing to save is full effort
+    const int first_level = foveated ? 1 : 0;
+    LumaPair luma{&near, &far, s.tuning.cell_px << first_level, 1, &m.near_luma(first_level), &m.far_luma(first_level), &s.luma_scratch};
+    // Only light of any range needs a key, which takes as long as a still pair's comparison.
+    const bool at_once = known_cell == 0 && !is_float(near.format);
+
+    compare_tiles(src1, src2, output, s.tiles, *s.kernels, s.pool, at_once ? &luma : nullptr);
     s.report.static_fraction = static_cast<float>(s.tiles.still_count) / static_cast<float>(s.tiles.columns * s.tiles.rows);
     if (s.tiles.all_still()) {   // the comparison has copied it
         s.report.repeated = true;
         s.report.reason = Report::Reason::static_pair;
         return Outcome::ok;
     }
-
-    // Known motion belongs to src2; else the nearer source is moved, and time runs backwards from src1.
-    const bool from_first = known_cell == 0 && factor < -0.5f;
-    const ConstImage &near = from_first ? src1 : src2, &far = from_first ? src2 : src1;
-    const float step = from_first ? -1 - factor : factor;   // in frame times, away from the farther source
     const auto longer = static_cast<float>(std::max(near.width_px, near.height_px));
     const float reach_px = std::max(1.0f, kMaxReach * longer);
 
-    MotionSearch::Fovea fovea;
-    const bool foveated = known_cell == 0 && hints.gaze != nullptr && s.motion.fovea(*hints.gaze, fovea);
-    const Gaze* gaze = foveated ? hints.gaze : nullptr;   // a gaze that leaves nothing to save is full effort
     bool moves = false;
     Projection* projection = &s.projection;
     int cell_px = s.tuning.cell_px;
@@ -220,19 +226,13 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
             projection->run({given, given + 1, 2, hints.motion->ahead_px != nullptr ? 1.0f : step}, cell_px, reach_px);
         }
     } else {
-        const float key = luma_key(src2);
-        MotionSearch& m = s.motion;
-        const auto lumas = [&](int level, const Box& part) {
-            const int px = cell_px << level;
-            make_luma(near, px, key, m.near_luma(level), part, s.luma_scratch, *s.kernels, s.pool);
-            make_luma(far, px, key, m.far_luma(level), part, s.luma_scratch, *s.kernels, s.pool, &s.tiles, &m.near_luma(level));
-        };
+        luma.key = luma_key(src2);
+        fill_luma(luma, s.tiles, m.begin(s.tiles, foveated), at_once, *s.kernels, s.pool);
         if (foveated) {
-            lumas(1, {0, 0, m.near_luma(1).width(), m.near_luma(1).height()});
-            lumas(0, m.run_coarse(fovea, s.tuning, s.tiles, *s.kernels, s.pool));
+            const Box finest = m.run_coarse(fovea, s.tuning, s.tiles, *s.kernels, s.pool);
+            fill_luma({&near, &far, cell_px, luma.key, &m.near_luma(), &m.far_luma(), &s.luma_scratch}, s.tiles, finest, false, *s.kernels, s.pool);
             m.run_fine(fovea, step, s.tuning, s.tiles, *s.kernels, s.pool);
         } else {
-            lumas(0, {0, 0, m.near_luma().width(), m.near_luma().height()});
             m.run(s.tuning, s.tiles, *s.kernels, s.pool);
         }
         s.report.levels = m.levels();

@@ -13,9 +13,13 @@ constexpr float kDoubt = 0.02f;      // trust in a motion that the way back cont
 
 std::size_t at(int x, int y, int width) noexcept { return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x); }
 
-float sample(const Plane& p, float x, float y) noexcept {
-    x = std::clamp(x, 1.0f - kPadPx, static_cast<float>(p.width() + kPadPx - 2));
-    y = std::clamp(y, 1.0f - kPadPx, static_cast<float>(p.height() + kPadPx - 2));
+// From `least` to `most` a plane and its border are filled.
+struct Reach {
+    float least_x, least_y, most_x, most_y;
+};
+float sample(const Plane& p, const Reach& r, float x, float y) noexcept {
+    x = std::clamp(x, r.least_x, r.most_x);
+    y = std::clamp(y, r.least_y, r.most_y);
     const auto ix = static_cast<int>(std::floor(x)), iy = static_cast<int>(std::floor(y));
     const float fx = x - static_cast<float>(ix), fy = y - static_cast<float>(iy);
     const float *a = p.row(iy) + ix, *b = p.row(iy + 1) + ix;
@@ -55,15 +59,34 @@ void MotionSearch::resize(int width_px, int height_px, int cell_px, int threads)
     smoothed_.resize(finest.width(), finest.height());
 }
 
-// From level `first` on, each from the one above.
+// From level `first` on, each from the one above. Up to cells of kPartPx only the part that is looked at; there the rest becomes as
+// the part's rim is: the patches of the coarser levels reach further than the part.
 void MotionSearch::levels_below(std::vector<Plane>& planes, std::size_t first, const Kernels& kernels, ThreadPool& pool) noexcept {
     for (std::size_t l = first; l < planes.size(); ++l) {
         Plane &in = planes[l - 1], &out = planes[l];
-        pool.run(out.height(), 64, [&](int row0, int row1) {
-            kernels.halve(in.row(0), in.stride(), out.row(0), out.stride(), out.width(), row0, row1);
-            for (int y = row0; y < row1; ++y) out.pad_row(y);
+        const Box part = part_at(static_cast<int>(l));
+        pool.run(part.y1 - part.y0, 64, [&](int row0, int row1) {
+            kernels.halve(in.row(0) + 2 * part.x0, in.stride(), out.row(0) + part.x0, out.stride(), part.x1 - part.x0, part.y0 + row0, part.y0 + row1);
+            for (int y = part.y0 + row0; y < part.y0 + row1; ++y) out.pad_row(y);
         });
-        out.pad_above_and_below();
+        if (cell_px_ << l == kPartPx) extend(out, part);
+        out.pad_above();
+        out.pad_below();
+    }
+}
+
+void MotionSearch::extend(Plane& p, const Box& part) noexcept {
+    if (part.x0 > 0 || part.x1 < p.width())
+        for (int y = part.y0; y < part.y1; ++y) {
+            float* r = p.row(y);
+            std::fill(r, r + part.x0, r[part.x0]);
+            std::fill(r + part.x1, r + p.width(), r[part.x1 - 1]);
+            p.pad_row(y);
+        }
+    for (int y = 0; y < p.height(); ++y) {
+        if (y == part.y0) y = part.y1;
+        if (y >= p.height()) break;
+        std::copy_n(p.row(y < part.y0 ? part.y0 : part.y1 - 1) - kPadPx, p.stride(), p.row(y) - kPadPx);
     }
 }
 
@@ -82,6 +105,30 @@ void MotionSearch::find_active(const TileMap& tiles) noexcept {
     const int cells = kTilePx / cell_px_;
     const Field& finest = forward_[0];
     active_ = Box{x0 * cells, y0 * cells, std::min(x1 * cells, finest.width), std::min(y1 * cells, finest.height)};
+}
+
+// What may move, and what of the picture is looked at for it.
+Box MotionSearch::begin(const TileMap& tiles, bool foveated) noexcept {
+    const Field& finest = forward_[0];
+    active_ = {0, 0, finest.width, finest.height};
+    part_ = {0, 0, tiles.columns, tiles.rows};
+    if (tiles.still_count == 0) return part_;
+    find_active(tiles);
+    const auto whole = [](int v, int block, int most) { return std::min((v + block - 1) / block * block, most); };
+    if (foveated)   // as the blocks are judged
+        active_ = {active_.x0 / kFoveaBlock * kFoveaBlock, active_.y0 / kFoveaBlock * kFoveaBlock, whole(active_.x1, kFoveaBlock, finest.width), whole(active_.y1, kFoveaBlock, finest.height)};
+    const int per_tile = kTilePx / cell_px_;
+    part_ = Box{active_.x0 / per_tile, active_.y0 / per_tile, (active_.x1 + per_tile - 1) / per_tile, (active_.y1 + per_tile - 1) / per_tile}.grown(kAroundTiles, tiles.columns, tiles.rows);
+    return part_;
+}
+
+// Of a level, what its luma is made of; all of it where the cells are larger than kPartPx.
+Box MotionSearch::part_at(int level) const noexcept {
+    const Plane& p = near_[static_cast<std::size_t>(level)];
+    const int cell = cell_px_ << level;
+    if (cell > kPartPx) return {0, 0, p.width(), p.height()};
+    const int per_tile = kTilePx / cell;
+    return {part_.x0 * per_tile, part_.y0 * per_tile, std::min(part_.x1 * per_tile, p.width()), std::min(part_.y1 * per_tile, p.height())};
 }
 
 // What may move of a level, in its cells, and whole strides.
@@ -178,10 +225,12 @@ void MotionSearch::search_level(const Box& box, const Box& around, int level, bo
     // The way back only has to tell right from wrong.
     const int iterations = backward ? (tuning.iterations + 1) / 2 : tuning.iterations;
     const int rounds = backward ? (tuning.balance_rounds + 1) / 2 : tuning.balance_rounds;
-    const Box filled = level == 0 ? filled_ : Box{0, 0, to.width(), to.height()};
+    // Where a patch's first pixel may come to lie: beyond the picture's edge there is a border.
+    const Box filled = level == 0 ? filled_ : cell_px_ << level < kPartPx ? part_at(level) : Box{0, 0, to.width(), to.height()};
+    const auto low = [](int at) { return static_cast<float>(at == 0 ? kSearchLow : at); };
+    const auto high = [](int at, int end) { return static_cast<float>(at == end ? end + kSearchHigh : at - kPatchPx - 2); };
     const SearchJob job{from.row(0), to.row(0), from.stride(), from.width(), from.height(), columns, rows, patches_.data(), tasks_.data(),
-                        iterations, level == 0 ? 1 : tuning.passes, reach, static_cast<float>(filled.x0 + kSearchLow), static_cast<float>(filled.y0 + kSearchLow),
-                        static_cast<float>(filled.x1 + kSearchHigh), static_cast<float>(filled.y1 + kSearchHigh), patches.x0, patches.x1, patches.y0, patches.y1};
+                        iterations, level == 0 ? 1 : tuning.passes, reach, low(filled.x0), low(filled.y0), high(filled.x1, to.width()), high(filled.y1, to.height()), patches.x0, patches.x1, patches.y0, patches.y1};
     pool.run(patches.y1 - patches.y0, kChunkRows, [&](int row0, int row1) { kernels.search(job, patches.y0 + row0, patches.y0 + row1); });
     kernels.balance({&job, rounds, tuning.stiffness});
     go_on(around, box, level, backward);
@@ -273,6 +322,10 @@ void MotionSearch::validate(const TileMap& tiles, const Box* fovea) noexcept {
     constexpr float kNoise = 0.5f, kTextured = 4.0f, kUnexplained = 0.5f, kNoMatch = 0.9f;   // variances, levels of 255 squared
     // Reading between cells blurs, and standing still does not: what is thinner than a cell, moved rightly, leaves more than at rest.
     constexpr float kMuchWorse = 4.0f;
+    const Box part = cell_px_ << l < kPartPx ? part_at(static_cast<int>(l)) : Box{0, 0, far.width(), far.height()};
+    const auto least = [](int at) { return static_cast<float>(at == 0 ? 1 - kPadPx : at); };
+    const auto most = [](int at, int end) { return static_cast<float>(at == end ? end + kPadPx - 2 : at - 2); };
+    const Reach reach{least(part.x0), least(part.y0), most(part.x1, far.width()), most(part.y1, far.height())};
     int textured = 0, unexplained = 0;
     for (int by = 0; by < near.height(); by += kBlock)
         for (int bx = 0; bx < near.width(); bx += kBlock) {
@@ -294,7 +347,7 @@ void MotionSearch::validate(const TileMap& tiles, const Box* fovea) noexcept {
                     const float tx = static_cast<float>(x) + f.u[cell] * per, ty = static_cast<float>(y) + f.v[cell] * per;
                     // What came into the picture since cannot be judged by what was there before.
                     if (tx < -0.5f || ty < -0.5f || tx > static_cast<float>(near.width()) - 0.5f || ty > static_cast<float>(near.height()) - 0.5f) continue;
-                    const float moved = sample(far, tx, ty) - value;
+                    const float moved = sample(far, reach, tx, ty) - value;
                     n += 1;
                     s += value;
                     ss += value * value;
@@ -340,8 +393,7 @@ void MotionSearch::run(const Tuning& tuning, const TileMap& tiles, const Kernels
     levels_below(near_, 1, kernels, pool);
     levels_below(far_, 1, kernels, pool);
     Field& finest = forward_[0];
-    filled_ = active_ = {0, 0, finest.width, finest.height};
-    if (tiles.still_count > 0) find_active(tiles);
+    filled_ = part_at(0);
     const int backward_level = tuning.backward_level < 0 ? levels() : std::min(tuning.backward_level, levels() - 1);
     for (int l = levels() - 1; l >= 0; --l) {
         const Box box = active_at(l);

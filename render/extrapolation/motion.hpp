@@ -21,6 +21,9 @@ public:
     [[nodiscard]] Plane& near_luma(int level = 0) noexcept { return near_[static_cast<std::size_t>(level)]; }
     [[nodiscard]] Plane& far_luma(int level = 0) noexcept { return far_[static_cast<std::size_t>(level)]; }
 
+    // What may move, by the comparison: call first. Returns what has to be filled of the lumas of level 0, with a gaze of level 1, in
+    // tiles; what lies outside of it is not read.
+    [[nodiscard]] Box begin(const TileMap& tiles, bool foveated) noexcept;
     // From the two lumas of level 0 (already filled, with padding).
     void run(const Tuning& tuning, const TileMap& tiles, const Kernels& kernels, ThreadPool& pool) noexcept;
     [[nodiscard]] const Field& field() const noexcept { return forward_[0]; }
@@ -40,7 +43,7 @@ public:
     static constexpr int kFoveaBlock = 16;
     // False: there is too little outside of the gaze to save anything, or the gaze is no number.
     [[nodiscard]] bool fovea(const Gaze& gaze, Fovea& out) const noexcept;
-    // First from the two lumas of level 1: all but the finest level. Returns what has to be filled of the lumas of level 0 for that.
+    // First from the two lumas of level 1: all but the finest level. Returns what has to be filled of the lumas of level 0, in tiles.
     [[nodiscard]] Box run_coarse(const Fovea& fovea, const Tuning& tuning, const TileMap& tiles, const Kernels& kernels, ThreadPool& pool) noexcept;
     // Then the finest. `step`: how far the motion will be carried on, frame times; what may come into the fovea from outside then
     // has a motion in cells of level 0 too.
@@ -52,6 +55,8 @@ public:
 
 private:
     void levels_below(std::vector<Plane>& planes, std::size_t first, const Kernels& kernels, ThreadPool& pool) noexcept;
+    static void extend(Plane& p, const Box& part) noexcept;
+    [[nodiscard]] Box part_at(int level) const noexcept;
     void find_active(const TileMap& tiles) noexcept;
     [[nodiscard]] int backward_from(const Tuning& tuning) const noexcept;
     [[nodiscard]] Box active_at(int level) const noexcept;
@@ -77,6 +82,11 @@ private:
     Field smoothed_;
     float unexplained_ = 0;
     std::vector<Box> written_[2];   // of each level, forward and backward: everything outside of it is 0
+    // Luma is made of the part only up to cells of this size; a patch of smaller cells, and what may pull at it, reaches 13 cells beyond
+    // what moves, which is less than kAroundTiles.
+    static constexpr int kPartPx = 8;
+    static_assert(13 * kPartPx / 2 <= kAroundTiles * kTilePx);
+    Box part_;     // tiles
     Box filled_;   // of the finest luma
     float most_ = 0;   // of level 1, with a gaze: its largest motion
     Box box_, fine_;   // cells of level 0, with a gaze: searched there; what has a motion

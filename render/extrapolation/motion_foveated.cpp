@@ -62,11 +62,6 @@ Box MotionSearch::run_coarse(const Fovea& fovea, const Tuning& tuning, const Til
     levels_below(near_, 2, kernels, pool);
     levels_below(far_, 2, kernels, pool);
     Field &finest = forward_[0], &coarse = forward_[1];
-    active_ = {0, 0, finest.width, finest.height};
-    if (tiles.still_count > 0) {
-        find_active(tiles);
-        active_ = whole_blocks(active_, kFoveaBlock, finest.width, finest.height);   // as the blocks are judged
-    }
     box_ = moving(fovea.box, tiles);
     const Box &box = box_, inner{box.x0 / 2, box.y0 / 2, (box.x1 + 1) / 2, (box.y1 + 1) / 2};
     // The way back is asked for where the finest level will be smoothed, and as far around as most motions lead from there.
@@ -92,8 +87,12 @@ Box MotionSearch::run_coarse(const Fovea& fovea, const Tuning& tuning, const Til
         for (int x = rim.x0; x < rim.x1; ++x) most_ = std::max(most_, std::max(std::fabs(coarse.u[at(x, y, coarse.width)]), std::fabs(coarse.v[at(x, y, coarse.width)])));
     // A patch of the fovea reaches a stride beyond it, starts from as far away as level 1 has found anything, and may run its own size
     // further. What would go on is compared at the rim, and refused there.
-    filled_ = box.x1 > 0 ? box.grown(static_cast<int>(std::min(2 * most_, static_cast<float>(std::max(finest.width, finest.height)))) + 3 * kPatchPx, finest.width, finest.height) : Box{};
-    return filled_;
+    if (box.x1 == 0) return {};
+    const int per_tile = kTilePx / cell_px_;
+    const Box seen = box.grown(static_cast<int>(std::min(2 * most_, static_cast<float>(std::max(finest.width, finest.height)))) + 3 * kPatchPx, finest.width, finest.height);
+    const Box filled{seen.x0 / per_tile, seen.y0 / per_tile, (seen.x1 + per_tile - 1) / per_tile, (seen.y1 + per_tile - 1) / per_tile};
+    filled_ = {filled.x0 * per_tile, filled.y0 * per_tile, std::min(filled.x1 * per_tile, finest.width), std::min(filled.y1 * per_tile, finest.height)};
+    return filled;
 }
 
 void MotionSearch::run_fine(const Fovea& fovea, float step, const Tuning& tuning, const TileMap& tiles, const Kernels& kernels, ThreadPool& pool) noexcept {

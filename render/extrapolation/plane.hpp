@@ -29,12 +29,12 @@ public:
         std::fill(r - kPadPx, r, r[0]);
         std::fill(r + width_, r - kPadPx + stride_, r[width_ - 1]);
     }
-    // After every row is padded.
-    void pad_above_and_below() noexcept {
-        for (int y = 1; y <= kPadPx; ++y) {
-            std::copy_n(row(0) - kPadPx, stride_, row(-y) - kPadPx);
-            std::copy_n(row(height_ - 1) - kPadPx, stride_, row(height_ - 1 + y) - kPadPx);
-        }
+    // After the row at that edge is padded.
+    void pad_above() noexcept {
+        for (int y = 1; y <= kPadPx; ++y) std::copy_n(row(0) - kPadPx, stride_, row(-y) - kPadPx);
+    }
+    void pad_below() noexcept {
+        for (int y = 1; y <= kPadPx; ++y) std::copy_n(row(height_ - 1) - kPadPx, stride_, row(height_ - 1 + y) - kPadPx);
     }
 
 private:

@@ -1,8 +1,4 @@
-// What the engine takes from the two sources: which tiles do not change, luma, and a four-channel copy to gather from.
-//
-// Luma is 3/4 of Rec. 601 luma and 1/4 alpha, 0 to 255. Float pictures are first mapped to x / (x + key), where key is the
-// geometric mean of src2's positive luma: light of any range then has gradients of about the size that 8 bits have.
-// What is not finite counts as black there.
+// What the engine takes from the two sources: which tiles do not change, and a four-channel copy to gather from.
 #pragma once
 
 #include <vector>
@@ -36,23 +32,12 @@ struct TileMap {
     }
     [[nodiscard]] bool all_still() const noexcept { return still_count == columns * rows; }
 };
-// Still tiles are copied to the output in the same pass, while they are at hand: whatever comes of the rest, they show that.
-void compare_tiles(const ConstImage& a, const ConstImage& b, const Image& output, TileMap& map, const Kernels& kernels, ThreadPool& pool) noexcept;
-
-// Room for the rows of a few cells, one per chunk that may run at a time; sized once.
-struct LumaScratch {
-    std::vector<std::byte> strips;
-    std::size_t strip_bytes = 0;
-    void resize(int width_px, int threads);
-};
-
-// The key of a float picture; 1 if nothing in it is positive.
-[[nodiscard]] float luma_key(const ConstImage& image) noexcept;
-
-// Fills `part` of `out`, sized ceil(picture / cell_px), with its padding where `part` reaches it. `known`: still tiles are taken
-// from `twin`, the other picture's luma; null: none are.
-void make_luma(const ConstImage& image, int cell_px, float key, Plane& out, const Box& part, LumaScratch& scratch, const Kernels& kernels,
-               ThreadPool& pool, const TileMap* known = nullptr, const Plane* twin = nullptr) noexcept;
+struct LumaPair;
+inline constexpr int kAroundTiles = 5;   // beyond what differs, where the finer levels of the search still look
+// Still tiles are copied to the output in the same pass, while they are at hand: whatever comes of the rest, they show that. So is,
+// unless it is null, the luma of what differs and of its surroundings made, row by row of tiles.
+void compare_tiles(const ConstImage& a, const ConstImage& b, const Image& output, TileMap& map, const Kernels& kernels, ThreadPool& pool,
+                   const LumaPair* luma = nullptr) noexcept;
 
 // Four channels of 8 bits or four floats per pixel, to gather from; pixels of a format that is already so are borrowed.
 struct Gatherable {

@@ -7,10 +7,10 @@ using namespace fovea::render::extrapolation;
 using namespace fovea::test;
 
 // A board of 96x96 pixels at (x, y) before what stands still.
-Picture board(float x, float y) {
-    Picture p = moved_noise(512, 512, Format::rgba8, 0, 0);
-    for (int j = 0; j < 512; ++j)
-        for (int i = 0; i < 512; ++i) {
+Picture board(float x, float y, int width = 512, int height = 512, Format format = Format::rgba8) {
+    Picture p = moved_noise(width, height, format, 0, 0);
+    for (int j = 0; j < height; ++j)
+        for (int i = 0; i < width; ++i) {
             const float dx = static_cast<float>(i) - x, dy = static_cast<float>(j) - y;
             if (dx >= 0 && dy >= 0 && dx < 96 && dy < 96) p.set(i, j, {noise(dx, dy, 5), noise(dx, dy, 6), noise(dx, dy, 7), 1.0f});
         }
@@ -41,6 +41,24 @@ TEST(ExtrapolationGaze, WhatComesIntoTheFoveaHasFineCellsThere) {
     const auto within = [&](const Picture& p) { return psnr_within(p, truth, 200, 232, 224, 280); };
     ASSERT_GT(within(full), within(b) + 7);
     EXPECT_GT(within(foveated), within(coarse) + 1.5);
+}
+
+// Luma is made around what differs only: what lies beyond is left from calls before.
+TEST(ExtrapolationGaze, APartThatMovesGivesTheSameFrameWhateverCameBefore) {
+    constexpr int kWidth = 448, kHeight = 160;
+    const Gaze beside{200, 80, 40, 120};
+    for (const Format f : {Format::rgba8, Format::rgb8, Format::rgba16f}) {
+        const Picture a = board(120, 30, kWidth, kHeight, f), b = board(131, 24, kWidth, kHeight, f);
+        const Picture other = moved_noise(kWidth, kHeight, f, 3, 40, 9), moved = moved_noise(kWidth, kHeight, f, 9, 44, 9);
+        Picture first(kWidth, kHeight, f), again(first);
+        for (const Gaze* gaze : {static_cast<const Gaze*>(nullptr), &beside}) {
+            auto fresh = engine(), used = engine(Preset::balanced, 3);
+            ASSERT_EQ(run(fresh, a, b, first, 0.5f, {.gaze = gaze}), Outcome::ok);
+            ASSERT_EQ(run(used, other, moved, again, 0.5f, {.gaze = gaze}), Outcome::ok);
+            ASSERT_EQ(run(used, a, b, again, 0.5f, {.gaze = gaze}), Outcome::ok);
+            EXPECT_EQ(first, again) << format_name(f) << (gaze != nullptr ? ", with a gaze" : "");
+        }
+    }
 }
 
 }  // namespace

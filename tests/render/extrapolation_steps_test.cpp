@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "render/extrapolation/luma.hpp"
 #include "render/extrapolation/motion.hpp"
 #include "render/extrapolation/projection.hpp"
 #include "tests/render/extrapolation_engine.hpp"
@@ -22,15 +23,14 @@ namespace {
 struct Steps {
     Steps(int w, int h, Format f) : out(w, h, f) {
         tiles.resize(w, h);
-        scratch.resize(w, 1);
+        scratch.resize(w, h, 1);
         motion.resize(w, h, kCell_px, 1);
     }
     const Field& search(const Picture& near, const Picture& far, const Tuning& tuning) {
-        compare_tiles(near.view(), far.view(), out.target(), tiles, kernels, pool);
-        const float key = luma_key(near.view());
-        Plane &n = motion.near_luma(), &f = motion.far_luma();
-        make_luma(near.view(), kCell_px, key, n, {0, 0, n.width(), n.height()}, scratch, kernels, pool);
-        make_luma(far.view(), kCell_px, key, f, {0, 0, f.width(), f.height()}, scratch, kernels, pool, &tiles, &n);
+        const ConstImage n = near.view(), f = far.view();
+        const LumaPair luma{&n, &f, kCell_px, luma_key(n), &motion.near_luma(), &motion.far_luma(), &scratch};
+        compare_tiles(n, f, out.target(), tiles, kernels, pool);
+        fill_luma(luma, tiles, motion.begin(tiles, false), false, kernels, pool);
         motion.run(tuning, tiles, kernels, pool);
         return motion.field();
     }
@@ -102,7 +102,8 @@ TEST(ExtrapolationSteps, SmoothingStopsAtEdgesOfLuma) {
         }
         guide.pad_row(y);
     }
-    guide.pad_above_and_below();
+    guide.pad_above();
+    guide.pad_below();
     for (const bool wide : {false, true}) {
         choose_kernels(wide).smooth({u.data(), v.data(), trust.data(), guide.row(0), guide.stride(), kWidth, kHeight, 2, 0, kWidth, u_out.data(), v_out.data()}, 0, kHeight);
         for (int y = 0; y < kHeight; ++y)
@@ -135,15 +136,19 @@ TEST(ExtrapolationSteps, WhereNothingMovesAnyMoreNoMotionIsLeft) {
 TEST(ExtrapolationSteps, AlphaCountsAQuarterOfTheLumaOfFloatsToo) {
     ThreadPool pool(1);
     LumaScratch scratch;
-    scratch.resize(16, 1);
+    scratch.resize(16, 2, 1);
+    TileMap tiles;
+    tiles.resize(16, 2);
     for (const Format f : {Format::rgba8, Format::rgba32f, Format::rgba16f}) {
         Picture p(16, 2, f);
         for (int y = 0; y < 2; ++y)
             for (int x = 0; x < 16; ++x) p.set(x, y, {0.5f, 0.5f, 0.5f, x < 8 ? 1.0f : 0.0f});
-        Plane luma;
-        luma.resize(8, 1);
-        make_luma(p.view(), 2, 0.5f, luma, {0, 0, 8, 1}, scratch, choose_kernels(true), pool);
-        EXPECT_NEAR(luma.row(0)[0] - luma.row(0)[7], 255.0f / 4, 0.1f) << format_name(f);
+        const ConstImage view = p.view();
+        Plane near, far;
+        near.resize(8, 1);
+        far.resize(8, 1);
+        fill_luma({&view, &view, 2, 0.5f, &near, &far, &scratch}, tiles, {0, 0, 1, 1}, false, choose_kernels(true), pool);
+        for (const Plane* luma : {&near, &far}) EXPECT_NEAR(luma->row(0)[0] - luma->row(0)[7], 255.0f / 4, 0.1f) << format_name(f);
     }
 }
 
