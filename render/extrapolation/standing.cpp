@@ -87,19 +87,37 @@ private:
     }
 };
 
+// The most that two pixels in a row differ by, over four channels, of those from `beside` + 1 before (x, y) to `beside` beyond, on
+// the way (dx, dy).
 template <class Channel>
-float contrast(const Gatherable& g, int x, int y, int x2, int y2) noexcept {
-    Channel a[4], b[4];
-    std::memcpy(a, g.pixels + y * g.row_bytes + static_cast<std::ptrdiff_t>(sizeof a) * x, sizeof a);
-    std::memcpy(b, g.pixels + y2 * g.row_bytes + static_cast<std::ptrdiff_t>(sizeof b) * x2, sizeof b);
-    float sum = 0;
-    for (int c = 0; c < 4; ++c) {
-        const auto p = static_cast<float>(a[c]), q = static_cast<float>(b[c]);
-        float apart = std::fabs(p - q);
-        if constexpr (sizeof(Channel) > 1) apart *= 255.0f / std::max(std::max(std::fabs(p), std::fabs(q)), 1e-3f);   // light of any range
-        sum += apart < 255.0f ? apart : 255.0f;
+float contrast(const Gatherable& g, int x, int y, int dx, int dy, int beside) noexcept {
+    const std::uint8_t* at_pixel = g.pixels + y * g.row_bytes + static_cast<std::ptrdiff_t>(4 * sizeof(Channel)) * x;
+    const std::ptrdiff_t step = dy * g.row_bytes + static_cast<std::ptrdiff_t>(4 * sizeof(Channel)) * dx;
+    if constexpr (sizeof(Channel) == 1) {
+        typedef std::uint8_t B16 __attribute__((vector_size(16)));
+        typedef std::uint32_t U4 __attribute__((vector_size(16)));
+        std::uint32_t p[4];   // one and the same where fewer are asked for
+        for (int k = 0; k < 4; ++k) std::memcpy(&p[k], at_pixel + std::clamp(k - 2, -beside - 1, beside) * step, 4);
+        const U4 before{p[0], p[1], p[2], 0}, after{p[1], p[2], p[3], 0};
+        const B16 a = reinterpret_cast<B16>(before), b = reinterpret_cast<B16>(after);
+        const B16 apart = (a > b ? a : b) - (a > b ? b : a);
+        const U4 pairs = (reinterpret_cast<U4>(apart) & 0xff00ffu) + (reinterpret_cast<U4>(apart) >> 8 & 0xff00ffu), sum = (pairs & 0xffffu) + (pairs >> 16);
+        return static_cast<float>(std::max(std::max(sum[0], sum[1]), sum[2]));
+    } else {
+        float most = 0;
+        for (int k = -beside; k <= beside; ++k) {
+            Channel a[4], b[4];
+            std::memcpy(a, at_pixel + k * step, sizeof a);
+            std::memcpy(b, at_pixel + (k - 1) * step, sizeof b);
+            float sum = 0;
+            for (int c = 0; c < 4; ++c) {   // light of any range
+                const float apart = std::fabs(a[c] - b[c]) * (255.0f / std::max(std::max(std::fabs(a[c]), std::fabs(b[c])), 1e-3f));
+                sum += apart < 255.0f ? apart : 255.0f;
+            }
+            most = std::max(most, sum);
+        }
+        return most;
     }
-    return sum;
 }
 
 }  // namespace
@@ -126,26 +144,42 @@ bool StandingRims::find(const Job& job) noexcept {
                 if (holds(i, j)) return true;
         return false;
     };
+    // Only what is moved into can be a candidate.
+    const auto tiles_of = [](const Gather::Layer& l) {
+        const int per_tile = kTilePx / std::max(l.cell_px, 1);
+        const Box& b = l.touched;
+        return Box{b.x0 / per_tile, b.y0 / per_tile, (b.x1 + per_tile - 1) / per_tile, (b.y1 + per_tile - 1) / per_tile};
+    };
+    const Box all = tiles_of(job.all), fine = tiles_of(job.fovea);
+    const Box moved = fine.x1 <= fine.x0 ? all : Box{std::min(all.x0, fine.x0), std::min(all.y0, fine.y0), std::max(all.x1, fine.x1), std::max(all.y1, fine.y1)};
+    std::fill(candidate_.begin(), candidate_.end(), std::uint8_t{0});
     bool stands = false;
-    for (int row = 0; row < rows_; ++row)
-        for (int column = 0; column < columns_; ++column) {
-            const bool sure = job.tiles->is_still(column, row) && !around(column, row, 1, [&](int i, int j) { return !job.tiles->is_still(i, j); });
+    const Box near = moved.grown(kNear_tiles, columns_, rows_);
+    for (int row = near.y0; row < near.y1; ++row) {
+        const std::uint8_t* still = job.tiles->still.data();
+        const std::uint8_t *above = still + at(0, std::max(row - 1, 0), columns_), *own = still + at(0, row, columns_), *below = still + at(0, std::min(row + 1, rows_ - 1), columns_);
+        const auto three = [&](int column) { return above[column] != 0 && own[column] != 0 && below[column] != 0; };
+        bool left = three(std::max(near.x0 - 1, 0)), here = three(near.x0);
+        for (int column = near.x0; column < near.x1; ++column) {
+            const bool right = three(std::min(column + 1, columns_ - 1)), sure = left && here && right;
             sure_[at(column, row, columns_)] = sure;
             stands = stands || sure;
+            left = here;
+            here = right;
         }
+    }
     if (!stands) return false;
     bool any = false;
-    for (int row = 0; row < rows_; ++row)
-        for (int column = 0; column < columns_; ++column) {
+    for (int row = moved.y0; row < std::min(moved.y1, rows_); ++row)
+        for (int column = moved.x0; column < std::min(moved.x1, columns_); ++column) {
             const std::size_t tile = at(column, row, columns_);
-            candidate_[tile] = 0;
             votes_[tile] = {};
             const Gather::Layer& layer = layer_of(job, column, row);
             const int per_tile = kTilePx / layer.cell_px;
             const Field& f = *layer.displacement;
-            const Box& moved = layer.touched;   // beyond, all is 0
-            const int i0 = std::max(column * per_tile, moved.x0), i1 = std::min((column + 1) * per_tile, moved.x1);
-            for (int y = std::max(row * per_tile, moved.y0); y < std::min((row + 1) * per_tile, moved.y1) && candidate_[tile] == 0; ++y) {
+            const Box& touched = layer.touched;   // beyond, all is 0
+            const int i0 = std::max(column * per_tile, touched.x0), i1 = std::min((column + 1) * per_tile, touched.x1);
+            for (int y = std::max(row * per_tile, touched.y0); y < std::min((row + 1) * per_tile, touched.y1) && candidate_[tile] == 0; ++y) {
                 const float *u = f.u.data() + at(0, y, f.width), *v = f.v.data() + at(0, y, f.width);
                 for (int x = i0; x < i1; ++x) candidate_[tile] |= static_cast<std::uint8_t>((u[x] != 0) | (v[x] != 0));
             }
@@ -168,38 +202,49 @@ void StandingRims::vote(const Job& job, int column, int row) noexcept {
     if (!mask.any || mask.all) return;
     const auto inside = [&](int x, int y) { return x >= 0 && y >= 0 && x < w && y < h; };
     const float per_step = -1.0f / job.step;
-    // Pixel (x, y) stands still, and the one before it, on the way (dx, dy), does not.
-    const auto ask = [&](int x, int y, int dx, int dy) {
-        // Motion is smoothed at its edges: the most that goes this way or comes from here.
+    // Motion is smoothed at its edges: the most, as many pixels back, that goes this way or comes from here.
+    struct Mover {
+        bool asked = false, moves = false, leads = false;
+        int x = 0, y = 0, beside = 0;   // whole pixels per frame
+    };
+    const auto mover = [&](int x, int y, int dx, int dy) {
+        Mover m{.asked = true};
         float mx = 0, my = 0, most = kMoves_px;
-        bool leads = true;
         for (int k = 0; k <= kBack_px && inside(x - k * dx, y - k * dy); k += q) {
             const std::size_t cell = at((x - k * dx) >> shift, (y - k * dy) >> shift, f.width);
             const float u = f.u[cell] * per_step, v = f.v[cell] * per_step, along = u * static_cast<float>(dx) + v * static_cast<float>(dy);
             if (!(std::fabs(along) > most)) continue;
             most = std::fabs(along);
-            leads = along > 0;
+            m.leads = along > 0;
             mx = u;
             my = v;
         }
-        if (!(most > kMoves_px)) return;
+        m.moves = most > kMoves_px;
+        m.x = static_cast<int>(std::lround(m.leads ? mx : -mx));
+        m.y = static_cast<int>(std::lround(m.leads ? my : -my));
+        m.beside = most > 3 ? 1 : 0;
+        return m;
+    };
+    // All pixels of a cell have the same, but for those so near to the picture's edge that the way back ends there.
+    const bool same_in_cell = column > 0 && row > 0 && (column + 2) * kTilePx <= w && (row + 2) * kTilePx <= h;
+    Mover known[4][kTilePx];
+    // Pixel (x, y) stands still, and the one before it, on the way (dx, dy), does not.
+    const auto ask = [&](int x, int y, int way, int dx, int dy) {
+        Mover& m = known[way][(x - column * kTilePx) >> shift];
+        if (!m.asked || !same_in_cell) m = mover(x, y, dx, dy);
+        if (!m.moves) return;
         // Where content comes in, all is the other way round: a thing that moves has its contrast one motion ahead in the nearer source.
-        const Gatherable& shown = leads ? *job.far_source : *job.near_source;
-        const int bx = static_cast<int>(std::lround(leads ? mx : -mx)), by = static_cast<int>(std::lround(leads ? my : -my));
+        const Gatherable& shown = m.leads ? *job.far_source : *job.near_source;
+        const int bx = m.x, by = m.y, beside = m.beside;
         // Of three pixels each: where the motion is a fraction off, and an edge mixed, it lies beside.
-        const int beside = most > 3 ? 1 : 0;
-        float here = 0, back = 0;
-        for (int k = -beside; k <= beside; ++k) {
-            const int hx = x + k * dx, hy = y + k * dy, px = hx - bx, py = hy - by;
-            if (!inside(hx, hy) || !inside(hx - dx, hy - dy) || !inside(px, py) || !inside(px - dx, py - dy)) return;
-            here = std::max(here, contrast<Channel>(shown, hx, hy, hx - dx, hy - dy));
-            back = std::max(back, contrast<Channel>(shown, px, py, px - dx, py - dy));
-        }
-        votes.here += here;
-        votes.back += back;
+        const int px = x - bx, py = y - by, to = beside, from = beside + 1;
+        if (!inside(x + to * dx, y + to * dy) || !inside(x - from * dx, y - from * dy) || !inside(px + to * dx, py + to * dy) || !inside(px - from * dx, py - from * dy)) return;
+        votes.here += contrast<Channel>(shown, x, y, dx, dy, beside);
+        votes.back += contrast<Channel>(shown, px, py, dx, dy, beside);
         votes.pixels += 1;
     };
     for (int j = 1; j <= kTilePx; ++j) {
+        if ((j - 1) % q == 0) std::fill_n(&known[0][0], 4 * kTilePx, Mover{});
         const std::uint32_t here = mask.same[j] & Mask::kOwn;
         const struct {
             int dx, dy;
@@ -207,8 +252,8 @@ void StandingRims::vote(const Job& job, int column, int row) noexcept {
         } ways[4] = {{1, 0, here & ~(mask.same[j] << 1)}, {-1, 0, here & ~(mask.same[j] >> 1)}, {0, 1, here & ~mask.same[j - 1]}, {0, -1, here & ~mask.same[j + 1]}};
         for (std::uint32_t left = (ways[0].edge | ways[1].edge) | (ways[2].edge | ways[3].edge); left != 0; left &= left - 1) {
             const int i = std::countr_zero(left), x = column * kTilePx + i - 1, y = row * kTilePx + j - 1;
-            for (const auto& way : ways)
-                if ((way.edge >> i & 1u) != 0 && inside(x - way.dx, y - way.dy)) ask(x, y, way.dx, way.dy);
+            for (int k = 0; k < 4; ++k)
+                if ((ways[k].edge >> i & 1u) != 0 && inside(x - ways[k].dx, y - ways[k].dy)) ask(x, y, k, ways[k].dx, ways[k].dy);
         }
     }
 }
@@ -227,6 +272,7 @@ void StandingRims::run(const Job& job) noexcept {
             Votes sum{};
             for (int j = std::max(row - 1, 0); j <= std::min(row + 1, rows_ - 1); ++j)
                 for (int i = std::max(column - 1, 0); i <= std::min(column + 1, columns_ - 1); ++i) {
+                    if (candidate_[at(i, j, columns_)] == 0) continue;
                     const Votes& v = votes_[at(i, j, columns_)];
                     sum.here += v.here;
                     sum.back += v.back;
