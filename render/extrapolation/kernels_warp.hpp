@@ -36,6 +36,15 @@ FOVEA_INLINE void load_fixed(Fixed& f, const std::int32_t* dx, const std::int32_
     f.together = (any[0] | any[1]) == 0;
 }
 
+FOVEA_INLINE bool stays8(const std::int32_t* dx, const std::int32_t* dy) {
+    struct Halves { L2 lo, hi; };
+    Halves x, y;
+    __builtin_memcpy(&x, dx, sizeof x);
+    __builtin_memcpy(&y, dy, sizeof y);
+    const L2 any = (x.lo | x.hi) | (y.lo | y.hi);
+    return (any[0] | any[1]) == 0;
+}
+
 FOVEA_INLINE void mul16(U8& v, const U8& w) {
     const H16 p = reinterpret_cast<H16>(v) * reinterpret_cast<H16>(w);
     v = reinterpret_cast<U8>(p);
@@ -203,6 +212,11 @@ FOVEA_INLINE void warp_rgba8(const WarpRow& row) {
     for (int x = row.x0; x < row.x1;) {
         const int end = x + 8 <= row.x1 ? x + 8 : row.x1;
         if (x + 8 <= row.x1) {
+            if (stays8(row.dx + x, row.dy + x)) {   // all weights are those of the pixel itself
+                __builtin_memcpy(out + 4 * (x - row.x0), row.source + row.y * row.source_stride + static_cast<std::ptrdiff_t>(4) * x, sizeof(U8));
+                x += 8;
+                continue;
+            }
             Fixed f;
             load_fixed(f, row.dx + x, row.dy + x);
             U8 result{};

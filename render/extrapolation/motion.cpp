@@ -20,7 +20,7 @@ struct Reach {
 float sample(const Plane& p, const Reach& r, float x, float y) noexcept {
     x = std::clamp(x, r.least_x, r.most_x);
     y = std::clamp(y, r.least_y, r.most_y);
-    const auto ix = static_cast<int>(std::floor(x)), iy = static_cast<int>(std::floor(y));
+    const auto ix = static_cast<int>(x + kPadPx) - kPadPx, iy = static_cast<int>(y + kPadPx) - kPadPx;   // the floor: nothing lies further out
     const float fx = x - static_cast<float>(ix), fy = y - static_cast<float>(iy);
     const float *a = p.row(iy) + ix, *b = p.row(iy + 1) + ix;
     const float upper = a[0] + fx * (a[1] - a[0]), lower = b[0] + fx * (b[1] - b[0]);

@@ -64,7 +64,8 @@ Box MotionSearch::run_coarse(const Fovea& fovea, const Tuning& tuning, const Til
     Field &finest = forward_[0], &coarse = forward_[1];
     box_ = moving(fovea.box, tiles);
     const Box &box = box_, inner{box.x0 / 2, box.y0 / 2, (box.x1 + 1) / 2, (box.y1 + 1) / 2};
-    // The way back is asked for where the finest level will be smoothed, and as far around as most motions lead from there.
+    // The way back is asked for where the finest level will be smoothed, and as far around as most motions lead from there; above, a
+    // patch further, to start from.
     constexpr int kBackAround = 16;
     const int back_from = backward_from(tuning);
     // Away from the gaze, and to start from beside it, half the rounds and two passes lose next to nothing.
@@ -77,8 +78,9 @@ Box MotionSearch::run_coarse(const Fovea& fovea, const Tuning& tuning, const Til
         choose_tasks(searched, tiles, l);
         search_level(searched, around, l, false, less, kernels, pool);
         if (l < back_from || box.x1 == 0) continue;
-        const Box grown = inner.grown(kBackAround, coarse.width, coarse.height);
-        const Box back = l == 1 ? common(searched, {grown.x0 / kStridePx * kStridePx, grown.y0 / kStridePx * kStridePx, grown.x1, grown.y1}) : around;
+        const int down = l - 1, half = kBackAround >> down, end_x = forward_[static_cast<std::size_t>(l)].width, end_y = forward_[static_cast<std::size_t>(l)].height;
+        const Box grown = Box{inner.x0 >> down, inner.y0 >> down, std::min((inner.x1 >> down) + 1, end_x), std::min((inner.y1 >> down) + 1, end_y)}.grown(half + (l == 1 ? 0 : kPatchPx), end_x, end_y);
+        const Box back = common(searched, {grown.x0 / kStridePx * kStridePx, grown.y0 / kStridePx * kStridePx, grown.x1, grown.y1});
         search_level(back, around, l, true, less, kernels, pool);
     }
     const Box rim = coarse_active();
