@@ -175,21 +175,28 @@ void MotionSearch::spread_coarse(std::vector<Field>& fields, const Box& may, con
     const auto l = static_cast<std::size_t>(level);
     Field& f = fields[l];
     const Field& c = fields[l + 1];
+    float* const mixed = spread_scratch_.data() + 1;   // of a row of coarse cells, with one more at each end
     const auto columns = [&](int y, int x0, int x1) {
         const int j0 = std::clamp((y - 1) >> 1, 0, c.height - 1), j1 = std::min(((y - 1) >> 1) + 1, c.height - 1);
         const float t = y % 2 == 0 ? 0.75f : 0.25f;
+        // Cells come in pairs on both sides of the line between two coarse cells.
+        const int i0 = (x0 - 1) >> 1, i1 = (x1 - 2) >> 1;
         for (int plane = 0; plane < 2; ++plane) {
             const float* from = plane == 0 ? c.u.data() : c.v.data();
             const float *above = from + at(0, j0, c.width), *below = from + at(0, j1, c.width);
             float* to = (plane == 0 ? f.u.data() : f.v.data()) + at(0, y, f.width);
-            const auto mixed = [&](int i) { return 2 * (above[i] + t * (below[i] - above[i])); };
-            // Cells come in pairs on both sides of the line between two coarse cells.
-            const int i0 = (x0 - 1) >> 1, i1 = (x1 - 2) >> 1;
-            for (int i = i0; i <= i1; ++i) {
-                const float left = mixed(std::max(i, 0)), right = mixed(std::min(i + 1, c.width - 1)), step = 0.25f * (right - left);
-                if (2 * i + 1 >= x0) to[2 * i + 1] = left + step;
-                if (2 * i + 2 < x1) to[2 * i + 2] = right - step;
+            const int end = std::min(i1 + 1, c.width - 1);
+            for (int i = std::max(i0, 0); i <= end; ++i) mixed[i] = 2 * (above[i] + t * (below[i] - above[i]));
+            mixed[-1] = mixed[0];
+            mixed[c.width] = mixed[c.width - 1];
+            const auto step = [&](int i) { return 0.25f * (mixed[i + 1] - mixed[i]); };
+            const int whole0 = 2 * i0 + 1 >= x0 ? i0 : i0 + 1, whole1 = 2 * i1 + 2 < x1 ? i1 + 1 : i1;
+            if (whole0 > i0) to[2 * i0 + 2] = mixed[i0 + 1] - step(i0);
+            for (int i = whole0; i < whole1; ++i) {
+                to[2 * i + 1] = mixed[i] + step(i);
+                to[2 * i + 2] = mixed[i + 1] - step(i);
             }
+            if (whole1 <= i1 && whole1 >= whole0) to[2 * i1 + 1] = mixed[i1] + step(i1);
         }
     };
     for (int y = may.y0; y < may.y1; ++y) {
