@@ -100,9 +100,7 @@ TEST_F(Density, GainZeroIsThePlainDriversPicture) {
     const Surface plain = surface(256, 256), foveated = surface(256, 256);
     foveate(foveated);
     for (const Surface* s : {&plain, &foveated}) {
-        glBindFramebuffer(GL_FRAMEBUFFER, s->framebuffer);
-        glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-        draw_scene();
+        draw_scene_to(*s);
     }
     EXPECT_EQ(read(plain), read(foveated));
 }

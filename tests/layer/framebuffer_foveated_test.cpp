@@ -12,6 +12,16 @@ constexpr GLuint kEnable = GL_FOVEATION_ENABLE_BIT_QCOM, kBins = GL_FOVEATION_SC
 
 class FramebufferFoveated : public LayerTest {
 protected:
+    // For glDraw*Indirect at offset 0; it wants an array object.
+    static void bind_indirect_triangle() {
+        const GLuint command[5] = {3, 1, 0, 0, 0};
+        GLuint commands = 0, array = 0;
+        glGenVertexArrays(1, &array);
+        glBindVertexArray(array);
+        glGenBuffers(1, &commands);
+        glBindBuffer(GL_DRAW_INDIRECT_BUFFER, commands);
+        glBufferData(GL_DRAW_INDIRECT_BUFFER, sizeof command, command, GL_STATIC_DRAW);
+    }
     // A geometry shader that passes triangles on.
     GLuint geometry_program() {
         return link({{GL_VERTEX_SHADER, "#version 320 es\nvoid main() { gl_Position = vec4(float(gl_VertexID & 1) * 4.0 - 1.0, float(gl_VertexID >> 1) * 4.0 - 1.0, 0, 1); }"},
@@ -214,16 +224,10 @@ TEST_F(FramebufferFoveated, AnyNumberIsALegalParameter) {
 TEST_F(FramebufferFoveated, DefaultsAreFullQuality) {
     const Surface plain = surface(256, 256), s = surface(256, 256);
     foveate(s, 8);
-    for (const Surface* to : {&plain, &s}) {
-        glBindFramebuffer(GL_FRAMEBUFFER, to->framebuffer);
-        glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-        draw_scene();
-    }
+    for (const Surface* to : {&plain, &s}) draw_scene_to(*to);
     EXPECT_EQ(read(plain), read(s));
     // One point given, the others have their defaults and still ask for full quality: the equation's maximum.
-    glBindFramebuffer(GL_FRAMEBUFFER, s.framebuffer);
-    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-    draw_scene();
+    draw_scene_to(s);
     focus(s, 0, 0, 20);
     EXPECT_EQ(read(plain), read(s));
 }
@@ -276,13 +280,7 @@ TEST_F(FramebufferFoveated, WritesAfterAChangeOfAttachmentsAreInvalidOperations)
     EXPECT_GL(GL_INVALID_OPERATION);
     glDrawElementsInstancedBaseVertex(GL_TRIANGLES, 3, GL_UNSIGNED_BYTE, indices, 2, 0);
     EXPECT_GL(GL_INVALID_OPERATION);
-    const GLuint command[5] = {3, 1, 0, 0, 0};
-    GLuint commands = 0, array = 0;
-    glGenVertexArrays(1, &array);
-    glBindVertexArray(array);
-    glGenBuffers(1, &commands);
-    glBindBuffer(GL_DRAW_INDIRECT_BUFFER, commands);
-    glBufferData(GL_DRAW_INDIRECT_BUFFER, sizeof command, command, GL_STATIC_DRAW);
+    bind_indirect_triangle();
     glDrawArraysIndirect(GL_TRIANGLES, nullptr);
     EXPECT_GL(GL_INVALID_OPERATION);
     const Surface from = surface(64, 64);
@@ -352,7 +350,7 @@ TEST_F(FramebufferFoveated, GeometryShadersOfAPipelineAreRefusedByEveryDraw) {
     const char* geometry = "#version 320 es\nlayout(triangles) in; layout(triangle_strip, max_vertices = 3) out; in gl_PerVertex { vec4 gl_Position; } gl_in[]; out gl_PerVertex { vec4 gl_Position; };\n"
                            "void main() { for (int i = 0; i < 3; ++i) { gl_Position = gl_in[i].gl_Position; EmitVertex(); } EndPrimitive(); }";
     const char* fragment = "#version 320 es\nprecision highp float; out vec4 c; void main() { c = vec4(1); }";
-    GLuint pipeline = 0, array = 0, commands = 0;
+    GLuint pipeline = 0;
     glGenProgramPipelines(1, &pipeline);
     glUseProgramStages(pipeline, GL_VERTEX_SHADER_BIT, glCreateShaderProgramv(GL_VERTEX_SHADER, 1, &vertex));
     glUseProgramStages(pipeline, GL_GEOMETRY_SHADER_BIT, glCreateShaderProgramv(GL_GEOMETRY_SHADER, 1, &geometry));
@@ -371,12 +369,7 @@ TEST_F(FramebufferFoveated, GeometryShadersOfAPipelineAreRefusedByEveryDraw) {
     EXPECT_GL(GL_INVALID_OPERATION);
     glDrawElementsBaseVertex(GL_TRIANGLES, 3, GL_UNSIGNED_BYTE, indices, 0);
     EXPECT_GL(GL_INVALID_OPERATION);
-    const GLuint command[5] = {3, 1, 0, 0, 0};
-    glGenVertexArrays(1, &array);
-    glBindVertexArray(array);
-    glGenBuffers(1, &commands);
-    glBindBuffer(GL_DRAW_INDIRECT_BUFFER, commands);
-    glBufferData(GL_DRAW_INDIRECT_BUFFER, sizeof command, command, GL_STATIC_DRAW);
+    bind_indirect_triangle();
     glDrawArraysIndirect(GL_TRIANGLES, nullptr);
     EXPECT_GL(GL_INVALID_OPERATION);
 }

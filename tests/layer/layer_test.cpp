@@ -185,6 +185,12 @@ void LayerTest::draw_scene(float seed) {
     glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
+void LayerTest::draw_scene_to(const Surface& s) {
+    glBindFramebuffer(GL_FRAMEBUFFER, s.framebuffer);
+    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
+    draw_scene();
+}
+
 void LayerTest::draw_footprint() {
     if (!footprint_) footprint_ = program(kCoverVertex, kFootprintFragment);
     glUseProgram(footprint_);

@@ -64,6 +64,8 @@ protected:
     [[nodiscard]] Picture read(const Surface& s);
     // A detailed picture with the whole surface covered; `seed` changes it.
     void draw_scene(float seed = 0);
+    // Binds, clears and draws it.
+    void draw_scene_to(const Surface& s);
     // Full-screen: red = pixels per rendered pixel along x / 8.
     void draw_footprint();
     void draw_triangle(float x, float y, float size, float depth, std::array<float, 4> color);

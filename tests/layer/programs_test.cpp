@@ -11,27 +11,23 @@
 using namespace fovea::layer_test;
 
 TEST(LayerPrograms, FramebufferExamplesOfTheSpecification) {
-    const Ran ran = shell(kLayer + "-- " + kBin + "/layer_framebuffer_examples");
-    EXPECT_EQ(ran.exit_code, 0);
-    EXPECT_EQ(ran.out,
-              "1 enabled\n"
-              "2 centre 1 corner 4\n"
-              "3 frame 0 late 1 early 4\n"
-              "3 frame 1 late 1 early 4\n"
-              "3 frame 2 late 1 early 4\n"
-              "3 frame 3 late 1 early 4\n"
-              "4 enabled 1 centre 1 corner 4\n"
-              "5 left 1 right 1 middle 4\n");
+    expect_output(kLayer + "-- " + kBin + "/layer_framebuffer_examples",
+                  "1 enabled\n"
+                  "2 centre 1 corner 4\n"
+                  "3 frame 0 late 1 early 4\n"
+                  "3 frame 1 late 1 early 4\n"
+                  "3 frame 2 late 1 early 4\n"
+                  "3 frame 3 late 1 early 4\n"
+                  "4 enabled 1 centre 1 corner 4\n"
+                  "5 left 1 right 1 middle 4\n");
 }
 
 TEST(LayerPrograms, TextureExamplesOfTheSpecification) {
-    const Ran ran = shell(kLayer + "-- " + kBin + "/layer_texture_examples");
-    EXPECT_EQ(ran.exit_code, 0);
-    EXPECT_EQ(ran.out,
-              "1 focus 1 corner 4\n"
-              "2 eye 0 centre 1 corner 4\n"
-              "2 eye 1 centre 1 corner 4\n"
-              "3 left 1 right 1 corner 4\n");
+    expect_output(kLayer + "-- " + kBin + "/layer_texture_examples",
+                  "1 focus 1 corner 4\n"
+                  "2 eye 0 centre 1 corner 4\n"
+                  "2 eye 1 centre 1 corner 4\n"
+                  "3 left 1 right 1 corner 4\n");
 }
 
 TEST(LayerPrograms, ExamplesFailWithoutTheLayer) {
@@ -164,22 +160,20 @@ TEST(LayerPrograms, ADriverThatCannotBeLoadedIsNamed) {
 TEST(LayerPrograms, ATraceIsOnePageWithCallsPlansAndPictures) {
     const std::string page = temporary("trace.html");
     const std::string trace = kBin + "/fovea layer trace --library " FOVEA_LAYER_LIBRARY " -o " + page + " ";
-    const Ran ran = shell(trace + "--frames 2 -- " + kBin + "/layer_framebuffer_examples");
-    EXPECT_EQ(ran.exit_code, 0);
-    EXPECT_EQ(ran.out, shell(kLayer + "-- " + kBin + "/layer_framebuffer_examples").out);  // traced frames are the same frames
-    const std::string html = file_text(page);
-    const auto count = [&html](const std::string& what) {
-        std::size_t n = 0;
-        for (std::size_t at = html.find(what); at != std::string::npos; at = html.find(what, at + 1)) ++n;
-        return n;
-    };
-    EXPECT_EQ(count("glFramebufferFoveationConfigQCOM"), 3u);
-    EXPECT_GE(count("<h3>Submission"), 5u);
-    EXPECT_GE(count("alt='before'"), 5u);
-    EXPECT_EQ(count("alt='before'"), count("alt='after'"));
-    EXPECT_EQ(count("<svg"), count("alt='after'"));
-    EXPECT_EQ(count("http"), 0u);  // needs no other file
-    std::remove(page.c_str());
+    expect_output(trace + "--frames 2 -- " + kBin + "/layer_framebuffer_examples", shell(kLayer + "-- " + kBin + "/layer_framebuffer_examples").out);  // traced frames are the same frames
+                  const std::string html = file_text(page);
+                  const auto count = [&html](const std::string& what) {
+                  std::size_t n = 0;
+                  for (std::size_t at = html.find(what); at != std::string::npos; at = html.find(what, at + 1)) ++n;
+                  return n;
+                  };
+                  EXPECT_EQ(count("glFramebufferFoveationConfigQCOM"), 3u);
+                  EXPECT_GE(count("<h3>Submission"), 5u);
+                  EXPECT_GE(count("alt='before'"), 5u);
+                  EXPECT_EQ(count("alt='before'"), count("alt='after'"));
+                  EXPECT_EQ(count("<svg"), count("alt='after'"));
+                  EXPECT_EQ(count("http"), 0u);  // needs no other file
+                  std::remove(page.c_str());
 }
 
 TEST(LayerPrograms, ATraceHasTheCallsThatExtrapolate) {

@@ -34,6 +34,14 @@ inline Ran shell(const std::string& command, const std::string& errors = "/dev/n
     return ran;
 }
 
+// That it ends well and prints this.
+inline void expect_output(const std::string& command, const std::string& out) {
+    SCOPED_TRACE(command);
+    const Ran ran = shell(command);
+    EXPECT_EQ(ran.exit_code, 0);
+    EXPECT_EQ(ran.out, out);
+}
+
 inline const std::string kBin = FOVEA_BIN_DIR;
 inline const std::string kLayer = kBin + "/fovea layer run --library " FOVEA_LAYER_LIBRARY " ";
 

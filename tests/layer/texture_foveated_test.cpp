@@ -18,6 +18,13 @@ protected:
         glGetTexParameteriv(target, name, &value);
         return value;
     }
+    // A foveated texture with its gaze in the middle, bound with its framebuffer.
+    Surface foveated(int width, int height, float gain) {
+        const Surface s = surface(width, height);
+        glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
+        ext.texture_parameters(s.color, 0, 0, 0, 0, gain, gain, 0);
+        return s;
+    }
 };
 
 TEST_F(TextureFoveated, DefaultsOfANewTexture) {
@@ -178,15 +185,9 @@ TEST_F(TextureFoveated, ADeletedTexturesNameStartsAgain) {
 TEST_F(TextureFoveated, DefaultsAreFullQualityAndOnePointSetFoveates) {
     const Surface plain = surface(256, 256), s = surface(256, 256);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
-    for (const Surface* to : {&plain, &s}) {
-        glBindFramebuffer(GL_FRAMEBUFFER, to->framebuffer);
-        glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-        draw_scene();
-    }
+    for (const Surface* to : {&plain, &s}) draw_scene_to(*to);
     EXPECT_EQ(read(plain), read(s));
-    glBindFramebuffer(GL_FRAMEBUFFER, s.framebuffer);
-    glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-    draw_scene();
+    draw_scene_to(s);
     ext.texture_parameters(s.color, 0, 0, 0, 0, 8, 8, 0);
     EXPECT_NE(read(plain), read(s));
 }
@@ -269,9 +270,7 @@ TEST_F(TextureFoveated, OtherAttachmentsInheritTheFoveation) {
 }
 
 TEST_F(TextureFoveated, TextureUploadsAreNotFoveated) {
-    const Surface s = surface(64, 64);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
-    ext.texture_parameters(s.color, 0, 0, 0, 0, 20, 20, 0);
+    const Surface s = foveated(64, 64, 20);
     std::vector<Rgba> noise(64 * 64);
     for (std::size_t i = 0; i < noise.size(); ++i) noise[i] = {static_cast<std::uint8_t>(i * 37), static_cast<std::uint8_t>(i * 101), 7, 255};
     glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, 64, 64, GL_RGBA, GL_UNSIGNED_BYTE, noise.data());
@@ -296,9 +295,7 @@ TEST_F(TextureFoveated, GeometryShadersAreDrawnAtFullDensity) {
                            {GL_GEOMETRY_SHADER, "#version 320 es\nlayout(triangles) in; layout(triangle_strip, max_vertices = 3) out;\n"
                                                 "void main() { for (int i = 0; i < 3; ++i) { gl_Position = gl_in[i].gl_Position; EmitVertex(); } EndPrimitive(); }"},
                            {GL_FRAGMENT_SHADER, "#version 320 es\nprecision highp float; out vec4 c; void main() { c = vec4(gl_FragCoord.xy / 256.0, 0, 1); }"}});
-    const Surface s = surface(256, 256);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
-    ext.texture_parameters(s.color, 0, 0, 0, 0, 8, 8, 0);
+    const Surface s = foveated(256, 256, 8);
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     glUseProgram(p);
     glDrawArrays(GL_TRIANGLES, 0, 3);
@@ -313,9 +310,7 @@ TEST_F(TextureFoveated, TessellationIsDrawnAtFullDensity) {
                                                     "gl_TessLevelOuter[0] = gl_TessLevelOuter[1] = gl_TessLevelOuter[2] = gl_TessLevelInner[0] = 1.0; }"},
                            {GL_TESS_EVALUATION_SHADER, "#version 320 es\nlayout(triangles) in; void main() { gl_Position = gl_in[0].gl_Position * gl_TessCoord.x + gl_in[1].gl_Position * gl_TessCoord.y + gl_in[2].gl_Position * gl_TessCoord.z; }"},
                            {GL_FRAGMENT_SHADER, "#version 320 es\nprecision highp float; out vec4 c; void main() { c = vec4(gl_FragCoord.xy / 256.0, 0, 1); }"}});
-    const Surface s = surface(256, 256);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
-    ext.texture_parameters(s.color, 0, 0, 0, 0, 8, 8, 0);
+    const Surface s = foveated(256, 256, 8);
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
     glUseProgram(p);
     glPatchParameteri(GL_PATCH_VERTICES, 3);
@@ -331,18 +326,12 @@ TEST_F(TextureFoveated, WithoutTheEnableBitADensityFoveatesNothing) {
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, 0);
     ext.texture_parameters(s.color, 0, 0, 0, 0, 20, 20, 0);
     EXPECT_GL(GL_INVALID_OPERATION);
-    for (const Surface* to : {&plain, &s}) {
-        glBindFramebuffer(GL_FRAMEBUFFER, to->framebuffer);
-        glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
-        draw_scene();
-    }
+    for (const Surface* to : {&plain, &s}) draw_scene_to(*to);
     EXPECT_TRUE(read(plain) == read(s));
 }
 
 TEST_F(TextureFoveated, InterpolationOffsetsAndSamplePositionsAreNotCorrected) {
-    const Surface s = surface(256, 256);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
-    ext.texture_parameters(s.color, 0, 0, 0, 0, 16, 16, 0);
+    const Surface s = foveated(256, 256, 16);
     const GLuint p = program("#version 320 es\nout highp vec2 at; void main() { vec2 p = vec2(float(gl_VertexID & 1), float(gl_VertexID >> 1)) * 4.0 - 1.0; at = p * 128.0 + 128.0; gl_Position = vec4(p, 0, 1); }",
                              "#version 320 es\nprecision highp float; in vec2 at; out vec4 c; void main() { c = vec4((interpolateAtOffset(at, vec2(0.25, 0.0)) - at).x / 4.0, gl_SamplePosition, 1); }");
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
@@ -360,9 +349,7 @@ TEST_F(TextureFoveated, LinesHaveTheirWidthInPixelsOfTheLevel) {
     GLfloat widths[2] = {1, 1};
     glGetFloatv(GL_ALIASED_LINE_WIDTH_RANGE, widths);
     const GLfloat width = std::min(4.0f, std::floor(widths[1]));
-    const Surface s = surface(256, 256);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
-    ext.texture_parameters(s.color, 0, 0, 0, 0, 16, 16, 0);
+    const Surface s = foveated(256, 256, 16);
     const GLuint p = program("#version 300 es\nuniform float y; void main() { gl_Position = vec4(float(gl_VertexID) * 4.0 - 2.0, y, 0, 1); }",
                              "#version 300 es\nprecision highp float; out vec4 c; void main() { c = vec4(1); }");
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
@@ -384,9 +371,7 @@ TEST_F(TextureFoveated, LinesHaveTheirWidthInPixelsOfTheLevel) {
 }
 
 TEST_F(TextureFoveated, PointsHaveTheirSizeInPixelsOfTheLevelAndFragCoordCountsThem) {
-    const Surface s = surface(256, 256);
-    glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, kEnable);
-    ext.texture_parameters(s.color, 0, 0, 0, 0, 16, 16, 0);
+    const Surface s = foveated(256, 256, 16);
     const GLuint p = program("#version 300 es\nuniform vec2 place; void main() { gl_Position = vec4(place, 0, 1); gl_PointSize = 8.0; }",
                              "#version 300 es\nprecision highp float; out vec4 c; void main() { c = vec4(1, gl_FragCoord.x / 256.0, 0, 1); }");
     glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);

@@ -62,6 +62,16 @@ protected:
         environment_ = "-u DISPLAY " + weston_->environment() + " ";
     }
     Ran on_server(const std::string& command) { return shell("env " + environment_ + command); }
+    // The window program prints the driver's own sizes and densities by itself, those of levels in auto mode, and is itself under the layer.
+    void expect_foveated(const std::string& window_system, const char* full, const char* levels) {
+        const std::string program = kWindow + window_system;
+        const Ran plain = on_server(program);
+        ASSERT_EQ(plain.exit_code, 0);
+        EXPECT_EQ(sizes(plain), full);
+        EXPECT_EQ(sizes(on_server(kAuto + "-- " + program)), levels);
+        EXPECT_EQ(on_server(kLayer + "-- " + program).out, plain.out) << "an idle layer";
+        EXPECT_EQ(on_server(kLayer + "--auto --always --gain 0 --focus 0,0 -- " + program).out, plain.out) << "recorded and replayed";
+    }
 
     std::filesystem::path directory_;
     std::unique_ptr<fovea::tests::Xvfb> x_;
@@ -82,22 +92,12 @@ constexpr const char* kLevels = "300x200: middle 1 corner 4\n512x320: middle 1 c
 
 TEST_F(LayerWindows, AnX11WindowIsFoveatedAtEverySize) {
     START(x);
-    const Ran plain = on_server(kWindow + "x11");
-    ASSERT_EQ(plain.exit_code, 0);
-    EXPECT_EQ(sizes(plain), kFullX);
-    EXPECT_EQ(sizes(on_server(kAuto + "-- " + kWindow + "x11")), kLevelsX);
-    EXPECT_EQ(on_server(kLayer + "-- " + kWindow + "x11").out, plain.out) << "an idle layer";
-    EXPECT_EQ(on_server(kLayer + "--auto --always --gain 0 --focus 0,0 -- " + kWindow + "x11").out, plain.out) << "recorded and replayed";
+    expect_foveated("x11", kFullX, kLevelsX);
 }
 
 TEST_F(LayerWindows, AWaylandWindowIsFoveatedAtEverySize) {
     START(wayland);
-    const Ran plain = on_server(kWindow + "wayland");
-    ASSERT_EQ(plain.exit_code, 0);
-    EXPECT_EQ(sizes(plain), kFull);
-    EXPECT_EQ(sizes(on_server(kAuto + "-- " + kWindow + "wayland")), kLevels);
-    EXPECT_EQ(on_server(kLayer + "-- " + kWindow + "wayland").out, plain.out) << "an idle layer";
-    EXPECT_EQ(on_server(kLayer + "--auto --always --gain 0 --focus 0,0 -- " + kWindow + "wayland").out, plain.out) << "recorded and replayed";
+    expect_foveated("wayland", kFull, kLevels);
 }
 
 TEST_F(LayerWindows, Es2gearsRunsFoveated) {

@@ -248,7 +248,7 @@ TEST(Xdf, ThePointServesWhereNoDirectionDoes) {
     for (const char* axis : {"X", "Y", "Z"}) channels.push_back(std::string("<eye>both</eye><type>Position") + axis + "</type>");
     for (const char* axis : {"X", "Y", "Z"}) channels.push_back(std::string("<eye>left</eye><type>Position") + axis + "</type>");   // where the eye is
     channels.push_back("<eye>both</eye><type>Confidence</type>");
-    channels.push_back("<eye>both</eye><type>Diameter</type><unit>pixels</unit>");
+    channels.push_back("<eye>left</eye><type>Diameter</type><unit>pixels</unit>");
     const auto r = read_xdf({"a.xdf", one_stream("double64", 0, channels, "\1\1" + sample<double>(1, {300, 400, 1200, 9, 9, 9, 0.25, 40}))});
     ASSERT_TRUE(r) << r.error().message();
     const EyeState& combined = r->samples[0].sample.eye(Eye::combined);
@@ -256,7 +256,7 @@ TEST(Xdf, ThePointServesWhereNoDirectionDoes) {
     EXPECT_NEAR(combined.gaze_dir_head.x, 3.0 / 13, 1e-12);
     EXPECT_NEAR(combined.gaze_dir_head.y, -4.0 / 13, 1e-12);
     EXPECT_EQ(combined.confidence, 0.25) << "kept beside the point";
-    EXPECT_TRUE(std::isnan(combined.pupil_mm)) << "pixels are no millimetres";
+    EXPECT_TRUE(std::isnan(r->samples[0].sample.eye(Eye::left).pupil_mm)) << "pixels are no millimetres";
 }
 
 TEST(Xdf, RefusesADamagedHeaderOrStampWithThePlace) {
@@ -290,8 +290,10 @@ TEST(Xdf, RefusesADamagedHeaderOrStampWithThePlace) {
 TEST(Xdf, RefusesSamplesThatAreFewerThanTheyClaim) {
     std::string claims = "\10";   // a count of 2^62, in eight bytes
     XdfWriter::put(claims, std::uint64_t{1} << 62);
-    for (const std::string& samples : {"\1\2" + sample<float>(1, {0, 0, -1}), claims + sample<float>(1, {0, 0, -1}), std::string("\1\1\3"), std::string("\2\1")}) {
-        const auto r = read_xdf({"a.xdf", one_stream("float32", 60, directions("both"), samples)});
+    for (const std::string& samples : {"\1\2" + sample<float>(1, {0, 0, -1}), claims + sample<float>(1, {0, 0, -1}), std::string("\1\1\3") + std::string(20, 'x'), std::string("\2\1")}) {
+        XdfWriter behind;   // what stands there is another chunk's
+        behind.chunk(5, std::string(64, '\0'));
+        const auto r = read_xdf({"a.xdf", one_stream("float32", 60, directions("both"), samples) + behind.out.substr(4)});
         ASSERT_FALSE(r);
         EXPECT_THAT(r.error().message(), HasSubstr("torn"));
     }

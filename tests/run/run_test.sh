@@ -61,7 +61,9 @@ restarted)
     }
     frames() { "$bin/fovea" latency "$1" --json 2>>"$scratch/log" | sed -n 's/^  "frames": \([0-9]*\),*/\1/p'; }
     has_frames() { [ "$(frames "$1")" -gt 0 ] 2>/dev/null; }
-    wait_for() { for _ in $(seq 300); do "$@" && return; sleep 0.1; done; fail "waited in vain: $*"; }
+    # Whoever has ended will never do what is waited for.
+    alive() { kill -0 "$viewer" 2>/dev/null || { fail "the viewer has ended"; return 1; }; kill -0 "$daemon" 2>/dev/null || { fail "fovead has ended"; return 1; }; }
+    wait_for() { for _ in $(seq 300); do "$@" && return; alive || return; sleep 0.1; done; fail "waited in vain: $*"; }
 
     start_daemon first.fovea
     "$bin/fovea-view" --socket "$scratch/sockets/focus.sock" --duration 0 --size 96 --json >"$scratch/viewer.json" 2>>"$scratch/log" &
