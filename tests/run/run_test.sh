@@ -57,13 +57,21 @@ restarted)
         "$bin/fovead" --run-dir "$scratch/sockets" --record "$scratch/$1" --ready-file "$scratch/$1.ready" \
             --set log.level=warn --set source.path=tests/data/recordings/eyelink_lookatpoint_s1.csv >>"$scratch/log" 2>&1 &
         daemon=$!
-        read -r -t 30 _ <>"$scratch/$1.ready" || fail "fovead is not ready"
+        for _ in $(seq 150); do
+            read -r -t 0.2 _ <>"$scratch/$1.ready" && return
+            kill -0 "$daemon" 2>/dev/null || { fail "fovead ended before it was ready"; return; }
+        done
+        fail "fovead is not ready"
     }
     frames() { "$bin/fovea" latency "$1" --json 2>>"$scratch/log" | sed -n 's/^  "frames": \([0-9]*\),*/\1/p'; }
     has_frames() { [ "$(frames "$1")" -gt 0 ] 2>/dev/null; }
     # Whoever has ended will never do what is waited for.
     alive() { kill -0 "$viewer" 2>/dev/null || { fail "the viewer has ended"; return 1; }; kill -0 "$daemon" 2>/dev/null || { fail "fovead has ended"; return 1; }; }
-    wait_for() { for _ in $(seq 300); do "$@" && return; alive || return; sleep 0.1; done; fail "waited in vain: $*"; }
+    wait_for() {
+        local end=$((SECONDS + 60))
+        while [ "$SECONDS" -lt "$end" ]; do "$@" && return; alive || return; sleep 0.1; done
+        fail "waited a minute in vain: $*"
+    }
 
     start_daemon first.fovea
     "$bin/fovea-view" --socket "$scratch/sockets/focus.sock" --duration 0 --size 96 --json >"$scratch/viewer.json" 2>>"$scratch/log" &
