@@ -13,7 +13,7 @@ int padded(int edge) noexcept { return edge == 1 ? 3 : (edge & (edge - 1)) == 0 
 
 }  // namespace
 
-GlPasses::GlPasses(const GlFunctions& gl, Preset preset) noexcept : gl_(gl), tuning_(tuning_of(preset)), runner_(gl), regions_(runner_) {}
+GlPasses::GlPasses(const GlFunctions& gl, Preset preset) noexcept : gl_(gl), tuning_(tuning_of(preset)), cell_px_(tuning_.cell_px), runner_(gl), regions_(runner_) {}
 
 Result<std::unique_ptr<GlPasses>> GlPasses::create(const GlFunctions& gl, Preset preset, bool compute) {
     std::unique_ptr<GlPasses> p(new GlPasses(gl, preset));
@@ -23,7 +23,7 @@ Result<std::unique_ptr<GlPasses>> GlPasses::create(const GlFunctions& gl, Preset
 
 Result<void> GlPasses::build(bool compute) {
     compute_ = compute;
-    if (auto built = runner_.build(compute); !built) return built;
+    if (auto built = runner_.build(compute, cell_px_, tuning_.cubic); !built) return built;
     // Every image in between is RGBA16F, luma R32F or R16F; can they be drawn to?
     GLint before = 0, bound = 0;
     gl_.GetIntegerv(GL_DRAW_FRAMEBUFFER_BINDING, &before);
@@ -72,7 +72,7 @@ void GlPasses::release_images() noexcept {
         for (GLuint& t : l.back) drop(t);
     }
     levels_.clear();
-    for (GLuint* t : {&key_columns_, &key_, &tiles_, &blocks_, &counts_, &verdict_, &background_, &rims_, &votes_, &kept_}) drop(*t);
+    for (GLuint* t : {&key_columns_, &key_, &tiles_, &blocks_, &counts_, &verdict_, &background_, &rims_, &votes_, &kept_, &slopes_}) drop(*t);
     for (GLuint& t : spans_) drop(t);
     for (GLuint& t : dense_) drop(t);
     regions_.release();
@@ -88,8 +88,6 @@ bool GlPasses::prepare(int width_px, int height_px) noexcept {
     if (width_px == width_px_ && height_px == height_px_) return true;
     release_images();
     gl_.ActiveTexture(GL_TEXTURE0);
-    // As on the processor: a small picture has no motion to spare for coarse cells.
-    cell_px_ = std::min(width_px, height_px) < 256 ? 2 : tuning_.cell_px;
     const GLenum luma = float_outputs_ ? GL_R32F : GL_R16F;
     int w = (width_px + cell_px_ - 1) / cell_px_, h = (height_px + cell_px_ - 1) / cell_px_;
     for (;;) {
@@ -119,6 +117,7 @@ bool GlPasses::prepare(int width_px, int height_px) noexcept {
     verdict_ = runner_.make_image(1, 1);
     background_ = runner_.make_image(2, 1);
     for (GLuint* t : {&rims_, &kept_}) *t = runner_.make_image((width_px + 15) / 16, (height_px + 15) / 16);
+    slopes_ = runner_.make_image((finest.width + 3) / 4, (finest.height + 3) / 4, GL_RGBA32UI);
     votes_ = runner_.make_image((width_px + 3) / 4, (height_px + 3) / 4);
     for (GLuint& t : spans_) t = runner_.make_image((finest.width + 7) / 8, (finest.height + 7) / 8);
     for (GLuint& t : dense_) t = runner_.make_image(finest.width, finest.height);
@@ -173,24 +172,20 @@ void GlPasses::make_levels(GLuint near, GLuint far, Format format) noexcept {
         r.bind(0, key_columns_);
         r.pass(Kernel::key, key_, 1, 1, over_all_if_any());
     }
-    r.bind(2, key_);
-    for (const bool is_near : {true, false}) {
-        r.use(is_near ? Kernel::near_luma : Kernel::far_luma);
-        r.bind(0, is_near ? near : far);
-        r.set_size(width_px_, height_px_);
-        r.set_cell(cell_px_);
-        r.set_reach(is_float(format) ? 1.0f : 0.0f);
-        r.set_rounds(format == Format::r8 ? 1 : 0);
-        if (is_near)
-            r.draw_several(std::array{finest.near, finest.far}, padded(finest.width), padded(finest.height), over_all_if_any());
-        else
-            r.draw(finest.far, 0, padded(finest.width), padded(finest.height), over(List::moving, cell_px_));
-    }
+    r.use(is_float(format) ? Kernel::luma_floats : Kernel::luma_bytes);
+    r.bind(0, near);
+    r.bind(1, far);
+    if (!is_float(format))
+        for (const int unit : {0, 1}) r.sample(unit, Filter::linear);
+    r.bind(3, key_);
+    r.set_size(width_px_, height_px_);
+    r.set_rounds(format == Format::r8 ? 1 : 0);
+    r.draw_several(std::array{finest.near, finest.far}, padded(finest.width), padded(finest.height), over_all_if_any());
+    for (const int unit : {0, 1}) r.sample(unit, Filter::nearest);
     r.use(Kernel::tiles);
     r.bind(0, regions_.still());
     r.bind(1, finest.near);
     r.set_size(finest.width, finest.height);
-    r.set_cell(cell_px_);
     r.pass(Kernel::tiles, tiles_, (width_px_ + 15) / 16, (height_px_ + 15) / 16, over_all_if_any());
     r.use(Kernel::halve);
     for (std::size_t l = 1; l < levels_.size(); ++l) {
@@ -251,13 +246,22 @@ GLuint GlPasses::find_motion() noexcept {
         if (checks && l >= back_to) search_level(l, true);
     }
     const Level& finest = levels_[0];
-    const Over cells = over(List::moving, cell_px_);
     for (const GLuint image : {dense_[0], dense_[1]}) r.clear(image, {0, 0, 0, 0});
-    r.use(Kernel::spread);
-    r.bind(0, finest.near);
-    r.bind(1, finest.far);
+    r.use(Kernel::rough);
+    r.bind(0, regions_.moving());
     r.bind(2, finest.motion[0]);
     r.bind(3, checks ? levels_[back_to].back[0] : 0);
+    r.set_size(finest.columns, finest.rows);
+    r.set_cell(regions_.tile_px() / (4 * cell_px_));
+    r.set_rounds(static_cast<int>(back_to));
+    r.set_reach(checks ? 1.0f : 0.0f);
+    regions_.find(List::rough);
+    r.use(Kernel::glide);
+    r.bind(0, finest.near);
+    r.draw_several(std::array{dense_[0], dense_[1]}, finest.width, finest.height, over(List::moving, cell_px_));
+    const Over cells = over(List::rough, cell_px_);
+    r.use(Kernel::spread);
+    r.bind(1, finest.far);
     r.set_size(finest.columns, finest.rows);
     r.set_rounds(static_cast<int>(back_to));
     r.set_reach(checks ? 1.0f : 0.0f);
@@ -286,7 +290,6 @@ GLuint GlPasses::carry(GLuint motion, float step) noexcept {
     r.bind(3, tiles_);
     r.set_size(level.width, level.height);
     r.set_rounds(judged);
-    r.set_cell(cell_px_);
     r.pass(Kernel::judge, blocks_, blocks_wide, blocks_high, over_all_if_any());
     r.use(Kernel::count);
     r.bind(0, blocks_);
@@ -303,7 +306,6 @@ GLuint GlPasses::carry(GLuint motion, float step) noexcept {
     r.bind(2, verdict_);
     r.bind(3, tiles_);
     r.set_rounds(judged);
-    r.set_cell(cell_px_);
     r.set_step(step * static_cast<float>(cell_px_));
     r.set_reach(std::max(1.0f, kMaxReach * static_cast<float>(std::max(width_px_, height_px_))));
     const GLuint carried = dense_[1], displacement = dense_[2];
@@ -321,64 +323,46 @@ GLuint GlPasses::carry(GLuint motion, float step) noexcept {
     r.use(Kernel::widen);
     r.bind(0, spans_[0]);
     r.set_size(spans_wide, spans_high);
-    r.set_cell(cell_px_);
     r.pass(Kernel::widen, spans_[1], spans_wide, spans_high, over_all_if_any());
-    regions_.find_reached(spans_[1]);
-    r.clear(displacement, {0, 0, 0, -1});
+    for (const List list : {List::calm, List::torn}) {
+        r.use(Kernel::reached);
+        r.bind(0, spans_[1]);
+        r.set_size(spans_wide, spans_high);
+        r.set_cell(regions_.tile_px() / (8 * cell_px_));
+        r.set_rounds(list == List::torn ? 1 : 0);
+        regions_.find(list);
+    }
+    for (const GLuint image : {displacement, dense_[0]}) r.clear(image, {0, 0, 0, -1});
+    r.use(Kernel::alike);
+    r.bind(0, carried);
+    r.set_size(w, h);
+    r.draw_several(std::array{displacement, dense_[0]}, w, h, over(List::calm, cell_px_));
+    r.use(Kernel::slope);
+    r.bind(0, dense_[0]);
+    r.set_size(w, h);
+    r.pass(Kernel::slope, slopes_, (w + 3) / 4, (h + 3) / 4, over(List::calm, 4 * cell_px_), GL_RGBA32UI);
     r.use(Kernel::displacement);
     r.bind(0, carried);
     r.bind(1, background_);
     r.bind(2, spans_[1]);
     r.set_size(w, h);
-    r.set_cell(cell_px_);
-    r.pass(Kernel::displacement, displacement, w, h, over(List::reached, cell_px_));
-    r.clear(dense_[0], {0, 0, 0, -1});
+    r.pass(Kernel::displacement, displacement, w, h, over(List::torn, cell_px_));
     r.use(Kernel::fill);
     r.bind(0, displacement);
-    r.bind(1, background_);
     r.set_size(w, h);
-    r.pass(Kernel::fill, dense_[0], w, h, over(List::reached, cell_px_));
+    r.pass(Kernel::fill, dense_[0], w, h, over(List::torn, cell_px_));
     return dense_[0];
 }
 
-// After kEdges, in spans_[0].
-void GlPasses::find_rims(GLuint displacement, GLuint near, GLuint far, Format format, float step) noexcept {
-    GlRunner& r = runner_;
-    const int tiles_wide = (width_px_ + 15) / 16, tiles_high = (height_px_ + 15) / 16;
-    r.use(Kernel::rims);
-    r.bind(0, spans_[0]);
-    r.bind(1, regions_.still());
-    r.set_size(tiles_wide, tiles_high);
-    r.set_cell(cell_px_);
-    r.draw(rims_, 0, tiles_wide, tiles_high, over_all_if_any());
-    r.use(Kernel::vote);
-    r.bind(0, near);
-    r.bind(1, displacement);
-    r.bind(2, far);
-    r.bind(3, rims_);
-    r.bind(4, regions_.same());
-    r.set_size(width_px_, height_px_);
-    r.set_cell(cell_px_);
-    r.set_step(step);
-    r.set_reach(is_float(format) ? 1.0f : 0.0f);
-    r.set_rounds(format == Format::r8 ? 1 : 0);
-    r.draw(votes_, 0, (width_px_ + 3) / 4, (height_px_ + 3) / 4, over(List::reached, 4));
-    r.use(Kernel::keep);
-    r.bind(0, votes_);
-    r.bind(1, rims_);
-    r.set_size(tiles_wide, tiles_high);
-    r.draw(kept_, 0, tiles_wide, tiles_high, over_all_if_any());
-}
-
-GLuint GlPasses::find_sides(GLuint displacement, GLuint near, GLuint far, Format format, float step) noexcept {
+GLuint GlPasses::find_sides(GLuint displacement) noexcept {
     GlRunner& r = runner_;
     const int w = levels_[0].width, h = levels_[0].height, squares_wide = (w + 7) / 8, squares_high = (h + 7) / 8;
     constexpr float kMostEdges = 1.0f / 16;   // of the cells
-    r.clear(spans_[0], {0, 64, 0, 1});
+    r.clear(spans_[0], {1, 64, 0, 0});
     r.use(Kernel::edges);
     r.bind(0, displacement);
     r.set_size(w, h);
-    r.pass(Kernel::edges, spans_[0], squares_wide, squares_high, over(List::reached, 8 * cell_px_));
+    r.pass(Kernel::edges, spans_[0], squares_wide, squares_high, over(List::torn, 8 * cell_px_));
     r.use(Kernel::count);
     r.bind(0, spans_[0]);
     r.set_size(squares_wide, squares_high);
@@ -388,15 +372,51 @@ GLuint GlPasses::find_sides(GLuint displacement, GLuint near, GLuint far, Format
     r.set_size(1, squares_high);
     r.set_reach(kMostEdges);
     r.pass(Kernel::verdict, verdict_, 1, 1, over_all_if_any());
-    find_rims(displacement, near, far, format, step);
-    regions_.find_edges(spans_[0], verdict_, kept_);
+    r.use(Kernel::near_edges);
+    r.bind(0, spans_[0]);
+    r.bind(1, verdict_);
+    r.set_size(squares_wide, squares_high);
+    r.set_cell(regions_.tile_px() / (8 * cell_px_));
+    regions_.find(List::edges);
     r.use(Kernel::sides);
     r.bind(0, displacement);
     r.bind(1, background_);
-    r.bind(2, verdict_);
     r.set_size(w, h);
     r.pass(Kernel::sides, dense_[1], w, h, over(List::edges, cell_px_));
     return dense_[1];
+}
+
+// After kEdges, in spans_[0], and kWiden, in spans_[1].
+void GlPasses::find_rims(GLuint displacement, GLuint near, GLuint far, Format format, float step) noexcept {
+    GlRunner& r = runner_;
+    const int tiles_wide = (width_px_ + 15) / 16, tiles_high = (height_px_ + 15) / 16;
+    r.use(Kernel::rims);
+    r.bind(0, spans_[0]);
+    r.bind(1, regions_.still());
+    r.bind(2, spans_[1]);
+    r.set_size(tiles_wide, tiles_high);
+    r.draw(rims_, 0, tiles_wide, tiles_high, over_all_if_any());
+    r.use(Kernel::any);
+    r.bind(0, rims_);
+    r.set_size(tiles_wide, tiles_high);
+    r.set_cell(regions_.tile_px() / 16);
+    regions_.find(List::rims);
+    r.use(Kernel::vote);
+    r.bind(0, near);
+    r.bind(1, displacement);
+    r.bind(2, far);
+    r.bind(3, rims_);
+    r.bind(4, regions_.same());
+    r.set_size(width_px_, height_px_);
+    r.set_step(step);
+    r.set_reach(is_float(format) ? 1.0f : 0.0f);
+    r.set_rounds(format == Format::r8 ? 1 : 0);
+    r.draw(votes_, 0, (width_px_ + 3) / 4, (height_px_ + 3) / 4, over(List::rims, 4));
+    r.use(Kernel::keep);
+    r.bind(0, votes_);
+    r.bind(1, rims_);
+    r.set_size(tiles_wide, tiles_high);
+    r.draw(kept_, 0, tiles_wide, tiles_high, over_all_if_any());
 }
 
 bool GlPasses::run(GLuint near, int near_level, GLuint far, GLuint output, int output_level, int width_px, int height_px, Format format, float step) noexcept {
@@ -406,23 +426,30 @@ bool GlPasses::run(GLuint near, int near_level, GLuint far, GLuint output, int o
     r.copy(near, near_level, output, output_level, width_px, height_px);
     regions_.find_moving(near, far);
     make_levels(near, far, format);
-    const GLuint displacement = carry(find_motion(), step), sides = find_sides(displacement, near, far, format, step);
-    for (const bool judged : {false, true}) {
-        r.use(judged ? r.programs().judged_gather(format) : r.programs().gather(format));
+    const GLuint displacement = carry(find_motion(), step), sides = find_sides(displacement);
+    find_rims(displacement, near, far, format, step);
+    constexpr std::pair<Gathered, List> kGathers[] = {{Gathered::calm, List::calm}, {Gathered::torn, List::torn}, {Gathered::judged, List::edges}};
+    for (const auto& [which, list] : kGathers) {
+        r.use(r.programs().of(which, format));
         if (!is_float(format))
-            for (const int unit : {0, 2}) r.sample_linearly(unit);
+            for (const int unit : {0, 2}) r.sample(unit, Filter::linear);
         r.bind(0, near);
-        r.bind(1, judged ? sides : displacement);
+        r.bind(1, which == Gathered::judged ? sides : displacement);
         r.bind(2, far);
-        r.bind(3, kept_);
-        r.bind(4, regions_.same());
-        r.bind(6, displacement);
+        r.bind(4, slopes_);
         r.set_size(width_px, height_px);
-        r.set_cell(cell_px_);
         r.set_step(step);
-        r.set_rounds((tuning_.cubic ? 1 : 0) + (format == Format::r8 ? 2 : 0));
-        r.draw(output, output_level, width_px, height_px, over(judged ? List::edges : List::reached, 1));
+        r.set_rounds(format == Format::r8 ? 1 : 0);
+        r.draw(output, output_level, width_px, height_px, over(list, 1));
     }
+    r.sample(0, Filter::nearest);
+    r.use(Kernel::stand);
+    r.bind(0, near);
+    r.bind(1, displacement);
+    r.bind(2, kept_);
+    r.bind(4, regions_.same());
+    r.set_size(width_px, height_px);
+    r.draw(output, output_level, width_px, height_px, over(List::rims, 1));
     r.end();
     return true;
 }

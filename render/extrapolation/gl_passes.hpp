@@ -60,19 +60,19 @@ private:
     void search_level(std::size_t l, bool back) noexcept;
     [[nodiscard]] GLuint find_motion() noexcept;                        // per cell: motion, trust
     [[nodiscard]] GLuint carry(GLuint motion, float step) noexcept;     // per cell: where the output comes from
-    void find_rims(GLuint displacement, GLuint near, GLuint far, Format format, float step) noexcept;   // per tile: a window's rim
-    [[nodiscard]] GLuint find_sides(GLuint displacement, GLuint near, GLuint far, Format format, float step) noexcept;   // per cell at an edge: which two displacements meet
+    [[nodiscard]] GLuint find_sides(GLuint displacement) noexcept;      // per cell at an edge: which two displacements meet
+    void find_rims(GLuint displacement, GLuint near, GLuint far, Format format, float step) noexcept;   // tiles of a window's rim, in kept_
 
     // Patches and cells where anything moves; a level is worked on as a whole but for the finest.
     [[nodiscard]] Over patches_of(std::size_t level) const noexcept;
 
     const GlFunctions& gl_;
     Tuning tuning_;
+    int cell_px_;
     GlRunner runner_;
     GlRegions regions_;
     bool compute_ = false;
-    int cell_px_ = 4;
-    GLuint key_columns_ = 0, key_ = 0, tiles_ = 0, blocks_ = 0, counts_ = 0, verdict_ = 0, background_ = 0, rims_ = 0, votes_ = 0, kept_ = 0, spans_[2] = {}, dense_[3] = {};   // dense: per cell
+    GLuint key_columns_ = 0, key_ = 0, tiles_ = 0, blocks_ = 0, counts_ = 0, verdict_ = 0, background_ = 0, rims_ = 0, votes_ = 0, kept_ = 0, slopes_ = 0, spans_[2] = {}, dense_[3] = {};   // dense: per cell
     std::vector<Level> levels_;
     int width_px_ = 0, height_px_ = 0;
     bool float_outputs_ = false;

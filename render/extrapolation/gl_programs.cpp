@@ -31,12 +31,14 @@ constexpr Row kTable[] = {{.source = shaders::kCompare, .words = true},
                           {.source = shaders::kArgs, .words = true},
                           {.source = shaders::kKeyColumns},
                           {.source = shaders::kKey},
-                          {.source = shaders::kNearLuma, .own_main = true},
-                          {.source = shaders::kFarLuma},
+                          {.source = shaders::kLumaBytes, .own_main = true},
+                          {.source = shaders::kLumaFloats, .own_main = true},
                           {.source = shaders::kTiles},
                           {.source = shaders::kHalve, .own_main = true},
                           {.source = shaders::kSearch, .computed = true, .words = true},
                           {.source = shaders::kBalance, .computed = true},
+                          {.source = shaders::kRough},
+                          {.source = shaders::kGlide, .own_main = true},
                           {.source = shaders::kSpread},
                           {.source = shaders::kSmooth},
                           {.source = shaders::kJudge},
@@ -46,14 +48,18 @@ constexpr Row kTable[] = {{.source = shaders::kCompare, .words = true},
                           {.source = shaders::kBackground},
                           {.source = shaders::kSpan},
                           {.source = shaders::kWiden},
+                          {.source = shaders::kAlike, .own_main = true},
+                          {.source = shaders::kSlope, .words = true},
                           {.source = shaders::kDisplacement},
                           {.source = shaders::kFill},
                           {.source = shaders::kEdges},
                           {.source = shaders::kRims},
+                          {.source = shaders::kAny},
                           {.source = shaders::kVote},
                           {.source = shaders::kKeep},
                           {.source = shaders::kNearEdges},
                           {.source = shaders::kSides},
+                          {.source = shaders::kStand},
                           {.source = shaders::kCopy}};
 static_assert(std::size(kTable) == kKernels);
 
@@ -72,9 +78,13 @@ GLuint compile(const GlFunctions& gl, GLenum kind, const std::string& text, std:
     return 0;
 }
 
+struct Built {
+    int cell_px;
+    bool cubic;
+};
 // A name of 0 and a log where a stage does not compile or the program does not link.
-GlProgram link(const GlFunctions& gl, const std::string& body, bool compute, const Row& row, std::string& log) {
-    const std::string text = std::string(shaders::kHead) + (row.words ? "#define RESULT uvec4\n#define IMAGE uimage2D\n" : "#define RESULT vec4\n#define IMAGE image2D\n") + shaders::kPatch + body;
+GlProgram link(const GlFunctions& gl, const std::string& body, const Built& how, bool compute, const Row& row, std::string& log) {
+    const std::string text = std::string(shaders::kHead) + "const int kCell = " + std::to_string(how.cell_px) + ";\nconst bool kCubic = " + (how.cubic ? "true" : "false") + ";\n" + (row.words ? "#define RESULT uvec4\n#define IMAGE uimage2D\n" : "#define RESULT vec4\n#define IMAGE image2D\n") + shaders::kPatch + body;
     GLuint stages[2] = {};
     bool compiled;
     if (compute) {
@@ -118,20 +128,23 @@ GlProgram link(const GlFunctions& gl, const std::string& body, bool compute, con
 
 bool GlPrograms::is_computed(Kernel k) noexcept { return kTable[static_cast<int>(k)].computed; }
 
-Result<void> GlPrograms::build(bool compute) {
+Result<void> GlPrograms::build(bool compute, int cell_px, bool cubic) {
     compute_ = compute;
+    const Built how{cell_px, cubic};
     std::string log;
     const auto failed = [&] { return fail("an extrapolation shader does not build: " + log, "GL", "use the processor's backend"); };
     for (int k = 0; k < kKernels; ++k) {
         const Row& row = kTable[k];
-        kernels_[k] = link(gl_, row.source, compute && row.computed, row, log);
+        kernels_[k] = link(gl_, row.source, how, compute && row.computed, row, log);
         if (kernels_[k].name == 0) return failed();
     }
-    for (int i = 0; i < 4; ++i) {
-        const bool floats = i % 2 == 1, judged = i >= 2;
-        const std::string body = std::string(shaders::kGatherHead) + (floats ? shaders::kGatherFloats : shaders::kGatherBytes) +
-                                 (judged ? std::string(floats ? shaders::kJudgedFloats : shaders::kJudgedBytes) + shaders::kStays + shaders::kJudged : shaders::kDisplaced);
-        gathers_[i] = link(gl_, body, false, {}, log);
+    for (int i = 0; i < 6; ++i) {
+        const bool floats = i % 2 == 1;
+        const auto which = static_cast<Gathered>(i / 2);
+        std::string body = std::string(shaders::kGatherHead) + (floats ? shaders::kGatherFloats : shaders::kGatherBytes);
+        if (which == Gathered::judged) body += floats ? shaders::kJudgedFloats : shaders::kJudgedBytes;
+        body += which == Gathered::calm ? shaders::kCalm : which == Gathered::torn ? shaders::kDisplaced : shaders::kJudged;
+        gathers_[i] = link(gl_, body, how, false, {}, log);
         if (gathers_[i].name == 0) return failed();
     }
     return {};

@@ -17,8 +17,11 @@ struct GlProgram {
 };
 
 // In the order of their run; kCopy reads a texture that cannot be attached.
-enum class Kernel : std::uint8_t { compare, still, moving, reached, blocks, runs, rectangles, row_count, prefix, list, args, key_columns, key, near_luma, far_luma, tiles, halve, search, balance, spread, smooth, judge, count, verdict, carry, background, span, widen, displacement, fill, edges, rims, vote, keep, near_edges, sides, copy };
-inline constexpr int kKernels = 37;
+enum class Kernel : std::uint8_t { compare, still, moving, reached, blocks, runs, rectangles, row_count, prefix, list, args, key_columns, key, luma_bytes, luma_floats, tiles, halve, search, balance, rough, glide, spread, smooth, judge, count, verdict, carry, background, span, widen, alike, slope, displacement, fill, edges, rims, any, vote, keep, near_edges, sides, stand, copy };
+inline constexpr int kKernels = 43;
+
+// Of tiles where all moves alike, of others, and of pixels at edges of motion, one by one.
+enum class Gathered : std::uint8_t { calm, torn, judged };
 
 class GlPrograms {
 public:
@@ -28,21 +31,20 @@ public:
     GlPrograms& operator=(const GlPrograms&) = delete;
 
     // `compute`: the kernels for which that pays as compute shaders, the others as fragment shaders.
-    [[nodiscard]] Result<void> build(bool compute);
+    // `cell_px`: the pixels of a cell of the finest level, along its edge; `cubic`: the gather.
+    [[nodiscard]] Result<void> build(bool compute, int cell_px, bool cubic);
 
     [[nodiscard]] const GlProgram& of(Kernel k) const noexcept { return kernels_[static_cast<int>(k)]; }
     [[nodiscard]] bool computes(Kernel k) const noexcept { return compute_ && is_computed(k); }
     // Always drawn: no driver has to be able to store to every output that it can draw to.
-    [[nodiscard]] const GlProgram& gather(Format format) const noexcept { return gathers_[is_float(format) ? 1 : 0]; }
-    // The same for pixels at edges of motion.
-    [[nodiscard]] const GlProgram& judged_gather(Format format) const noexcept { return gathers_[is_float(format) ? 3 : 2]; }
+    [[nodiscard]] const GlProgram& of(Gathered which, Format format) const noexcept { return gathers_[2 * static_cast<int>(which) + (is_float(format) ? 1 : 0)]; }
 
 private:
     [[nodiscard]] static bool is_computed(Kernel k) noexcept;
 
     const GlFunctions& gl_;
     bool compute_ = false;
-    GlProgram kernels_[kKernels], gathers_[4];
+    GlProgram kernels_[kKernels], gathers_[6];
 };
 
 }  // namespace fovea::render::extrapolation

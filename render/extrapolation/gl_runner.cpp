@@ -13,8 +13,8 @@ const void* buffer_offset(int entry) noexcept { return reinterpret_cast<const vo
 
 }  // namespace
 
-Result<void> GlRunner::build(bool compute) {
-    if (auto built = programs_.build(compute); !built) return built;
+Result<void> GlRunner::build(bool compute, int cell_px, bool cubic) {
+    if (auto built = programs_.build(compute, cell_px, cubic); !built) return built;
     gl_.GenVertexArrays(1, &array_);
     GLuint names[2];
     gl_.GenFramebuffers(2, names);
@@ -59,10 +59,10 @@ void GlRunner::begin() noexcept {
     for (GLuint unit = 0; unit < static_cast<GLuint>(GlStateGuard::kUnits); ++unit) gl_.BindSampler(unit, nearest_);
 }
 
-void GlRunner::set_lists(GLuint args_buffer, const GLuint (&lists)[3], int tile_px, GLuint moving_blocks, int block_px) noexcept {
+void GlRunner::set_lists(GLuint args_buffer, const std::array<GLuint, kLists>& lists, int tile_px, GLuint moving_blocks, int block_px) noexcept {
     gl_.BindBuffer(GL_DRAW_INDIRECT_BUFFER, args_buffer);
     gl_.BindBuffer(GL_DISPATCH_INDIRECT_BUFFER, args_buffer);
-    for (int i = 0; i < 3; ++i) lists_[i] = lists[i];
+    lists_ = lists;
     tile_px_ = tile_px;
     blocks_ = moving_blocks;
     block_px_ = block_px;
@@ -84,7 +84,7 @@ void GlRunner::run_draw(int width, int height, const Over& where) noexcept {
     else
         gl_.Viewport(0, 0, width, height);
     if (where.what == Over::What::list) {
-        bind(kListUnit, lists_[static_cast<int>(where.list)]);
+        bind(kListUnit, lists_[static_cast<std::size_t>(where.list)]);
         gl_.Uniform4i(current_.place, tile_px_ / where.texel_px, 0, width, height);
         return gl_.DrawArraysIndirect(GL_TRIANGLES, buffer_offset(Args::of(where.list)));
     }
@@ -93,9 +93,13 @@ void GlRunner::run_draw(int width, int height, const Over& where) noexcept {
     gl_.DrawArraysIndirect(GL_TRIANGLES, buffer_offset(Args::kDrawAny));
 }
 
-void GlRunner::draw(GLuint texture, int level, int width, int height, const Over& where) noexcept {
+void GlRunner::attach(GLuint texture, int level) noexcept {
     gl_.BindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer_);
     gl_.FramebufferTexture2D(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture, level);
+}
+
+void GlRunner::draw(GLuint texture, int level, int width, int height, const Over& where) noexcept {
+    attach(texture, level);
     run_draw(width, height, where);
 }
 
@@ -119,8 +123,7 @@ void GlRunner::pass(Kernel kernel, GLuint target, int width, int height, const O
 }
 
 void GlRunner::copy(GLuint from, int from_level, GLuint to, int to_level, int width, int height) noexcept {
-    gl_.BindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer_);
-    gl_.FramebufferTexture2D(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, to, to_level);
+    attach(to, to_level);
     gl_.BindFramebuffer(GL_READ_FRAMEBUFFER, several_);
     gl_.FramebufferTexture2D(GL_READ_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, from, from_level);
     gl_.FramebufferTexture2D(GL_READ_FRAMEBUFFER, GL_COLOR_ATTACHMENT1, GL_TEXTURE_2D, 0, 0);
@@ -129,20 +132,17 @@ void GlRunner::copy(GLuint from, int from_level, GLuint to, int to_level, int wi
 }
 
 void GlRunner::clear(GLuint texture, const float (&value)[4]) noexcept {
-    gl_.BindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer_);
-    gl_.FramebufferTexture2D(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture, 0);
+    attach(texture);
     gl_.ClearBufferfv(GL_COLOR, 0, value);
 }
 
 void GlRunner::clear_words(GLuint texture, const GLuint (&value)[4]) noexcept {
-    gl_.BindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer_);
-    gl_.FramebufferTexture2D(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture, 0);
+    attach(texture);
     gl_.ClearBufferuiv(GL_COLOR, 0, value);
 }
 
 void GlRunner::end() noexcept {
-    gl_.BindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer_);
-    gl_.FramebufferTexture2D(GL_DRAW_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, 0, 0);
+    attach(0);
 }
 
 }  // namespace fovea::render::extrapolation

@@ -3,11 +3,12 @@
 // A pass goes over everything, over everything if anything moves, or over a list of tiles. How long a list is only the driver
 // knows: draws and dispatches take their counts from a buffer that it has filled, and nothing is read back.
 //
-//   args buffer, 16 bytes each:   draw and tiles of `reached`, `edges`, `moving`; draw everything; dispatch `moving`, a level x n
+//   args buffer, 16 bytes each:   draw and tiles of each list; draw everything; dispatch `moving`, a level x n
 //
 // Threads: the context's thread.
 #pragma once
 
+#include <array>
 #include <span>
 
 #include "render/extrapolation/gl_functions.hpp"
@@ -15,15 +16,17 @@
 
 namespace fovea::render::extrapolation {
 
-// The tiles where anything differs and those beside them; those that anything may land in; those where two motions meet.
-enum class List : std::uint8_t { reached, edges, moving };
+// Tiles of which patches do not agree; those that anything may land in that moves alike, and that does not; those near edges of
+// motion; at the rim of what stands still; those where anything differs and those beside them.
+enum class List : std::uint8_t { rough, calm, torn, edges, rims, moving };
+inline constexpr int kLists = 6;
 
 // Where in the args buffer, in units of 16 bytes.
 struct Args {
     static constexpr int of(List list) noexcept { return 2 * static_cast<int>(list); }   // to draw it; then how many tiles it has
-    static constexpr int kDrawAny = 6;   // one triangle, or none
-    static constexpr int kPatches = 7;   // the work groups of the patches of `moving`
-    static constexpr int kLevel = 8;     // the work groups of the patches of each level
+    static constexpr int kDrawAny = 2 * kLists;       // one triangle, or none
+    static constexpr int kPatches = kDrawAny + 1;     // the work groups of the patches of `moving`
+    static constexpr int kLevel = kPatches + 1;       // the work groups of the patches of each level
     static constexpr int kBytes = 16;
 };
 
@@ -38,23 +41,25 @@ struct Over {
 [[nodiscard]] constexpr Over over_all_if_any(int dispatch = Args::kLevel) noexcept { return {Over::What::everything_if_any, List::moving, 1, dispatch}; }
 [[nodiscard]] constexpr Over over(List list, int texel_px) noexcept { return {Over::What::list, list, texel_px, Args::kPatches}; }
 
+enum class Filter : std::uint8_t { nearest, linear };
+
 class GlRunner {
 public:
     explicit GlRunner(const GlFunctions& gl) noexcept : gl_(gl), programs_(gl) {}
     ~GlRunner();
     GlRunner(const GlRunner&) = delete;
     GlRunner& operator=(const GlRunner&) = delete;
-    [[nodiscard]] Result<void> build(bool compute);
+    [[nodiscard]] Result<void> build(bool compute, int cell_px, bool cubic);
 
     // A GlStateGuard with passes is alive, here and below.
     void begin() noexcept;
     // See gl_regions.hpp.
-    void set_lists(GLuint args_buffer, const GLuint (&lists)[3], int tile_px, GLuint moving_blocks, int block_px) noexcept;
+    void set_lists(GLuint args_buffer, const std::array<GLuint, kLists>& lists, int tile_px, GLuint moving_blocks, int block_px) noexcept;
 
     void use(const GlProgram& program) noexcept;
     void use(Kernel kernel) noexcept { use(programs_.of(kernel)); }
     void bind(int unit, GLuint texture) noexcept;
-    void sample_linearly(int unit) noexcept { gl_.BindSampler(static_cast<GLuint>(unit), linear_); }
+    void sample(int unit, Filter how) noexcept { gl_.BindSampler(static_cast<GLuint>(unit), how == Filter::linear ? linear_ : nearest_); }
     void set_size(int x, int y) noexcept { gl_.Uniform2i(current_.size, x, y); }
     void set_cell(int px) noexcept { gl_.Uniform1i(current_.cell, px); }
     void set_rounds(int n) noexcept { gl_.Uniform1i(current_.rounds, n); }
@@ -68,6 +73,7 @@ public:
     void copy(GLuint from, int from_level, GLuint to, int to_level, int width, int height) noexcept;
     void clear(GLuint texture, const float (&value)[4]) noexcept;
     void clear_words(GLuint texture, const GLuint (&value)[4]) noexcept;
+    void attach(GLuint texture, int level = 0) noexcept;   // to be drawn to, or read from
     void end() noexcept;   // nothing of the program's stays attached
 
     [[nodiscard]] const GlFunctions& gl() const noexcept { return gl_; }
@@ -82,7 +88,8 @@ private:
     GlPrograms programs_;
     GlProgram current_;
     GLuint array_ = 0, framebuffer_ = 0, several_ = 0, linear_ = 0, nearest_ = 0;
-    GLuint lists_[3] = {}, blocks_ = 0;
+    std::array<GLuint, kLists> lists_{};
+    GLuint blocks_ = 0;
     int tile_px_ = 0, block_px_ = 0;
 };
 

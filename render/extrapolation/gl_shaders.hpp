@@ -2,8 +2,9 @@
 //
 // A kernel defines RESULT kernel(ivec2 at), or its own main. Coordinates: pixels of the kernel's own output; images are
 // sampled with clamped edges. A patch of the motion grid has 8x8 pixels and is centred on the corner 4 * at of the luma
-// level's pixels, as in kernels_search.hpp. A software rasteriser runs both sides of an `if`, but leaves a loop when nobody is
-// in it any more: what can be spared is spared as turns of a loop.
+// level's pixels, as in kernels_search.hpp. kCell: pixels of the picture along the edge of one of the finest level's, a cell. A
+// software rasteriser runs both sides of an `if` and every loop at least once; it leaves a loop when nobody is in it any more. What can
+// be spared is spared by lists of tiles, and as turns of a loop.
 #pragma once
 
 namespace fovea::render::extrapolation::shaders {
@@ -35,7 +36,7 @@ float between(sampler2D image, vec2 p) {
 }
 )";
 
-// Everything, or the rectangles of a list; place: texels per tile (0: everything), 0, the target's size.
+// Everything, or the rectangles of a list, two triangles each; place: texels per tile (0: everything), 0, the target's size.
 inline constexpr const char* kVertex = R"(#version 310 es
 layout(binding = 5) uniform highp usampler2D places;
 uniform ivec4 place;
@@ -97,41 +98,55 @@ vec4 kernel(ivec2 at) {
 }
 )";
 
-// Luma of a cell of image0, 0 to 255. `reach` 1: float pictures, mapped to x / (key + x), image2: of kKey. `rounds` 1: one channel,
-// taken as grey.
+// Luma of a cell of both sources, 0 to 255; where they are the same it is asked for once. image0: nearer, image1: farther, image2:
+// where a tile stands still; size: of the sources.
 #define FOVEA_LUMA                                                                                                           \
-    "float key = 1.0;\n"                                                                                                     \
-    "float luma(vec4 p) {\n"                                                                                                 \
-    "    if (rounds == 1) p.rgb = p.rrr;\n"                                                                                  \
-    "    float l = dot(p.rgb, vec3(0.299, 0.587, 0.114));\n"                                                                 \
-    "    l = l > 0.0 && l < 1e38 ? l : 0.0;\n"                                                                               \
-    "    if (reach > 0.0) l = l / (key + l);\n"                                                                              \
-    "    return 0.75 * l + 0.25 * (p.a > 0.0 ? min(p.a, 1.0) : 0.0);\n"                                                      \
-    "}\n"                                                                                                                    \
-    "vec4 cell_luma(ivec2 at) {\n"                                                                                           \
-    "    for (bool floats = reach > 0.0; floats; floats = false) key = exp2(texelFetch(image2, ivec2(0), 0).r);\n"           \
-    "    float sum = 0.0;\n"                                                                                                 \
-    "    for (int y = 0; y < cell; ++y)\n"                                                                                   \
-    "        for (int x = 0; x < cell; ++x) sum += luma(texelFetch(image0, min(cell * at + ivec2(x, y), size - 1), 0));\n"   \
-    "    return vec4(sum * (255.0 / float(cell * cell)), 0.0, 0.0, 1.0);\n"                                                  \
+    "layout(location = 0) out vec4 near_luma;\n"                                                                             \
+    "layout(location = 1) out vec4 far_luma;\n"                                                                              \
+    "void main() {\n"                                                                                                        \
+    "    ivec2 at = ivec2(gl_FragCoord.xy);\n"                                                                               \
+    "    prepare();\n"                                                                                                       \
+    "    near_luma = vec4(cell_luma(image0, at), 0.0, 0.0, 1.0);\n"                                                          \
+    "    far_luma = vec4(cell_luma(image1, at), 0.0, 0.0, 1.0);\n"                                                           \
     "}\n"
-// Of the nearer source, and the same for the farther; where the two differ, the next pass writes the farther's own.
-inline constexpr const char* kNearLuma = "//K near luma\n" FOVEA_LUMA R"(
-layout(location = 0) out vec4 near_luma;
-layout(location = 1) out vec4 far_luma;
-void main() { near_luma = far_luma = cell_luma(ivec2(gl_FragCoord.xy)); }
-)";
-// Of the farther, where it does.
-inline constexpr const char* kFarLuma = "//K far luma\n" FOVEA_LUMA R"(
-vec4 kernel(ivec2 at) { return cell_luma(at); }
-)";
+// Eight bits: the driver filters 2x2 pixels. `rounds` 1: one channel, taken as grey.
+inline constexpr const char* kLumaBytes = R"(//K luma
+vec4 weights;
+vec2 per_pixel;
+void prepare() {
+    const float kPart = 4.0 * 255.0 / float(kCell * kCell);
+    weights = kPart * (rounds == 1 ? vec4(0.75, 0.0, 0.0, 0.25) : vec4(0.75 * vec3(0.299, 0.587, 0.114), 0.25));
+    per_pixel = 1.0 / vec2(size);
+}
+float cell_luma(sampler2D image, ivec2 at) {
+    vec4 sum = vec4(0.0);
+    for (int y = 1; y < kCell; y += 2)
+        for (int x = 1; x < kCell; x += 2) sum += textureLod(image, vec2(kCell * at + ivec2(x, y)) * per_pixel, 0.0);
+    return dot(sum, weights);
+}
+)" FOVEA_LUMA;
+// Floats: mapped to x / (key + x), image3: of kKey.
+inline constexpr const char* kLumaFloats = R"(//K luma
+float key;
+void prepare() { key = exp2(texelFetch(image3, ivec2(0), 0).r); }
+float cell_luma(sampler2D image, ivec2 at) {
+    float sum = 0.0;
+    for (int k = 0; k < kCell * kCell; ++k) {
+        vec4 p = texelFetch(image, min(kCell * at + ivec2(k % kCell, k / kCell), size - 1), 0);
+        float l = dot(p.rgb, vec3(0.299, 0.587, 0.114));
+        l = l > 0.0 && l < 1e38 ? l : 0.0;
+        sum += 0.75 * l / (key + l) + 0.25 * (p.a > 0.0 ? min(p.a, 1.0) : 0.0);
+    }
+    return sum * (255.0 / float(kCell * kCell));
+}
+)" FOVEA_LUMA;
 #undef FOVEA_LUMA
 
 // x: 1 where a tile of 16x16 pixels is the same in both sources. y: 1 where such a tile has anything in it that shows that it
 // stands still. image0: those that are the same, image1: near luma; size: of that.
 inline constexpr const char* kTiles = R"(//K tiles
 vec4 kernel(ivec2 at) {
-    int n = texelFetch(image0, at, 0).r > 0.5 ? 16 / cell : 0;
+    int n = texelFetch(image0, at, 0).r > 0.5 ? 16 / kCell : 0;
     float low = 1e9, high = -1e9;
     for (int y = n * at.y; y < min(n * at.y + n, size.y); ++y)
         for (int x = n * at.x; x < min(n * at.x + n, size.x); ++x) {
@@ -230,10 +245,10 @@ RESULT kernel(ivec2 at) {
     if (still && anchored) return words_of(Patch(vec2(0.0), vec3(1e4, 1e4, 0.0)));
     if (still) return words_of(Patch(m, vec3(0.0)));
     if (h.x + h.y < 16.0 || leaves(m)) return words_of(Patch(m, vec3(0.0)));
-    // Standing still, and what the neighbours on the coarser level found, where that is something else.
+    // What the neighbours on the coarser level found, and, but for the finest level, standing still; where that is something else.
     vec2 others[5];
     int count = 0;
-    for (int k = 0; has_coarse && k < 5; ++k) {
+    for (int k = 0; has_coarse && k < (cell == kCell ? 4 : 5); ++k) {
         vec2 other = k == 4 ? vec2(0.0) : 2.0 * texelFetch(image2, clamp(at / 2 + way(k), ivec2(0), coarse), 0).xy, d = other - m;
         others[count] = other;
         if (dot(d, d) >= 0.0625) ++count;

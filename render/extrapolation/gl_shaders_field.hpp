@@ -3,10 +3,52 @@
 
 namespace fovea::render::extrapolation::shaders {
 
-// Motion (xy) of each cell, its trust (z) and its luma (w): the mean of its four patches, those that fit it better counting
-// more. A motion whose partner does not come back is doubted. image0: the luma the patches are of, image1: the other, image2:
-// motion; size: of its grid. image3: the motion back, `rounds` levels coarser, unless reach is 0.
-inline constexpr const char* kSpread = R"(//K spread
+// Whether a motion of the finest level comes back, in z; in patches. image3: the motion back, `rounds` levels coarser, unless reach is 0.
+#define FOVEA_TRUST                                                                                                                  \
+    "float trust_of(vec2 at, vec2 m, ivec2 patches_wide) {\n"                                                                        \
+    "    float per = 1.0 / float(1 << rounds);\n"                                                                                    \
+    "    vec2 partner = (clamp(at + m, vec2(0.0), 4.0 * vec2(patches_wide) - 5.0) + 0.5) * per;\n"                                   \
+    "    vec2 d = m * per + texelFetch(image3, clamp(ivec2(floor(partner / 4.0 + 0.5)), ivec2(0), textureSize(image3, 0) - 1), 0).xy;\n" \
+    "    float limit = 0.75 + 0.05 * per * (abs(m.x) + abs(m.y));\n"                                                                 \
+    "    return reach == 0.0 || dot(d, d) < limit * limit ? 1.0 : 0.02;\n"                                                           \
+    "}\n"
+
+// 1 for tiles that move whose patches do not agree, or have a motion that does not come back. image0: of kMoving, image2: motion;
+// size: of its grid; cell: patches to a tile.
+inline constexpr const char* kRough = "//K rough\n" FOVEA_TRUST R"(
+vec4 kernel(ivec2 at) {
+    const float kApart = 0.4;   // cells
+    vec2 low = vec2(1e9), high = vec2(-1e9);
+    float trust = 1.0;
+    for (int y = 0; y <= cell; ++y)
+        for (int x = 0; x <= cell; ++x) {
+            ivec2 p = min(cell * at + ivec2(x, y), size - 1);
+            vec2 m = texelFetch(image2, p, 0).xy;
+            low = min(low, m);
+            high = max(high, m);
+            trust = min(trust, trust_of(vec2(4 * p), m, size));
+        }
+    return vec4(texelFetch(image0, at, 0).r > 0.5 && (any(greaterThan(high - low, vec2(kApart))) || trust < 1.0) ? 1.0 : 0.0);
+}
+)";
+
+// Motion (xy) of each cell, its trust (z) and its luma (w), where patches agree: between the four around it. image0: the luma the
+// patches are of, image2: motion.
+inline constexpr const char* kGlide = R"(//K glide
+layout(location = 0) out vec4 motion;
+layout(location = 1) out vec4 smoothed;
+void main() {
+    ivec2 at = ivec2(gl_FragCoord.xy), p = at / 4;
+    vec2 f = (vec2(at & 3) + 0.5) / 4.0;
+    vec2 m = mix(mix(texelFetch(image2, p, 0).xy, texelFetch(image2, p + ivec2(1, 0), 0).xy, f.x),
+                 mix(texelFetch(image2, p + ivec2(0, 1), 0).xy, texelFetch(image2, p + 1, 0).xy, f.x), f.y);
+    motion = smoothed = vec4(m, 1.0, texelFetch(image0, at, 0).r);
+}
+)";
+
+// The same where they do not: the mean of the four patches, those that fit it better counting more. A motion whose partner does not
+// come back is doubted. image1: the other luma; size: of the patches' grid.
+inline constexpr const char* kSpread = "//K spread\n" FOVEA_TRUST R"(
 vec4 kernel(ivec2 at) {
     float own = texelFetch(image0, at, 0).r;
     vec3 sum = vec3(0.0);
@@ -16,17 +58,10 @@ vec4 kernel(ivec2 at) {
         sum += vec3(m, 1.0) / max(e * e, 1.0);
     }
     vec2 m = sum.xy / sum.z;
-    float trust = 1.0;
-    if (reach > 0.0) {
-        float per = 1.0 / float(1 << rounds);
-        vec2 partner = (clamp(vec2(at) + m, vec2(0.0), 4.0 * vec2(size) - 5.0) + 0.5) * per;
-        vec2 d = m * per + texelFetch(image3, clamp(ivec2(floor(partner / 4.0 + 0.5)), ivec2(0), textureSize(image3, 0) - 1), 0).xy;
-        float limit = 0.75 + 0.05 * per * (abs(m.x) + abs(m.y));
-        trust = dot(d, d) < limit * limit ? 1.0 : 0.02;
-    }
-    return vec4(m, trust, own);
+    return vec4(m, trust_of(vec2(at), m, size), own);
 }
 )";
+#undef FOVEA_TRUST
 
 // One edge-aware pass over motion by trust and luma, neighbours `rounds` cells away.
 inline constexpr const char* kSmooth = R"(//K smooth
@@ -51,10 +86,10 @@ vec4 kernel(ivec2 at) {
     ivec2 finest = textureSize(image0, 0), here = size;
     float per = 1.0 / float(1 << rounds), n = 0.0, cells = 0.0;
     vec3 sums = vec3(0.0), squares = vec3(0.0);
-    ivec2 tile = (8 * at << rounds) * cell / 16, tiles = textureSize(image3, 0) - 1;
+    ivec2 tile = (8 * at << rounds) * kCell / 16, tiles = textureSize(image3, 0) - 1;
     // All four tiles of a block of 32 pixels; of 16, the same one four times.
     float known = 1.0;
-    for (int k = 0; k < 4; ++k) known = min(known, texelFetch(image3, min(((8 * at + 7 * ivec2(k & 1, k >> 1)) << rounds) * cell / 16, tiles), 0).x);
+    for (int k = 0; k < 4; ++k) known = min(known, texelFetch(image3, min(((8 * at + 7 * ivec2(k & 1, k >> 1)) << rounds) * kCell / 16, tiles), 0).x);
     ivec2 end = known > 0.5 ? ivec2(0) : min(8 * at + 8, here);
     for (int y = 8 * at.y; y < end.y; ++y)
         for (int x = 8 * at.x; x < end.x; ++x) {
@@ -100,7 +135,7 @@ vec4 kernel(ivec2 at) {
 // How far the motion of a cell takes it in the output, in pixels. image0: motion, image1: blocks, image2: verdict, image3: tiles.
 inline constexpr const char* kCarry = R"(//K carry
 vec4 kernel(ivec2 at) {
-    float moves = texelFetch(image1, (at >> rounds) / 8, 0).x * texelFetch(image2, ivec2(0), 0).x * (1.0 - texelFetch(image3, at * cell / 16, 0).y);
+    float moves = texelFetch(image1, (at >> rounds) / 8, 0).x * texelFetch(image2, ivec2(0), 0).x * (1.0 - texelFetch(image3, at * kCell / 16, 0).y);
     vec2 a = -texelFetch(image0, at, 0).xy * step_px * moves;
     return vec4(max(abs(a.x), abs(a.y)) <= reach ? a : vec2(0.0), 0.0, 1.0);
 }
@@ -133,44 +168,87 @@ vec4 kernel(ivec2 at) {
 }
 )";
 
-// The least and the most motion in blocks of 8x8 cells. image0: of kCarry.
+// Squares of 8x8 cells: x the furthest that anything moves along an axis, y the most that neighbours differ, and much where one stands still
+// beside one that moves. image0: of kCarry.
 inline constexpr const char* kSpan = R"(//K span
+vec2 step_between(vec2 a, vec2 b) { return (a == vec2(0.0)) == (b == vec2(0.0)) ? abs(a - b) : vec2(1e3); }
 vec4 kernel(ivec2 at) {
-    vec2 low = vec2(3e4), high = vec2(-3e4);
-    for (int y = 8 * at.y; y < min(8 * at.y + 8, size.y); ++y)
+    vec2 far = vec2(0.0), apart = vec2(0.0);
+    for (int y = 8 * at.y; y < min(8 * at.y + 8, size.y); ++y) {
+        vec2 left = texelFetch(image0, ivec2(8 * at.x, y), 0).xy;
         for (int x = 8 * at.x; x < min(8 * at.x + 8, size.x); ++x) {
-            vec2 a = texelFetch(image0, ivec2(x, y), 0).xy;
-            low = min(low, a);
-            high = max(high, a);
+            vec2 a = texelFetch(image0, ivec2(x, y), 0).xy, below = texelFetch(image0, ivec2(x, min(y + 1, size.y - 1)), 0).xy;
+            far = max(far, abs(a));
+            apart = max(apart, max(step_between(a, left), step_between(a, below)));
+            left = a;
         }
-    return vec4(low, high);
+        apart = max(apart, step_between(texelFetch(image0, ivec2(min(8 * at.x + 8, size.x - 1), y), 0).xy, left));
+    }
+    return vec4(max(far.x, far.y), max(apart.x, apart.y), 0.0, 1.0);
 }
 )";
 
-// The same over all blocks whose motion may reach this one. image0: of kSpan.
+// The same over all squares whose motion may reach this one. image0: of kSpan.
 inline constexpr const char* kWiden = R"(//K widen
 vec4 kernel(ivec2 at) {
-    vec4 own = texelFetch(image0, at, 0);
+    vec2 most = texelFetch(image0, at, 0).xy;
     for (int y = -4; y <= 4; ++y)
         for (int x = -4; x <= 4; ++x) {
-            vec4 n = texelFetch(image0, clamp(at + ivec2(x, y), ivec2(0), size - 1), 0);
-            vec2 far = max(abs(n.xy), abs(n.zw));
-            if (max(far.x, far.y) < float(8 * cell * (max(abs(x), abs(y)) - 1))) continue;
-            own = vec4(min(own.xy, n.xy), max(own.zw, n.zw));
+            vec2 n = texelFetch(image0, clamp(at + ivec2(x, y), ivec2(0), size - 1), 0).xy;
+            if (n.x >= float(8 * kCell * (max(abs(x), abs(y)) - 1))) most = max(most, n);
         }
-    return own;
+    return vec4(most, 0.0, 1.0);
 }
 )";
 
-// Where the output cell comes from: of the cells that land on it the one in front, that is the one that moves least like the
+#define FOVEA_CARRIED                                                                                            \
+    "bool outside(ivec2 p) { return any(lessThan(p, ivec2(0))) || any(greaterThanEqual(p, size)); }\n"           \
+    "vec2 carried(ivec2 p) { return texelFetch(image0, p, 0).xy; }\n"
+// How little a cell that is displaced by d moves like the background, image1: u and v as c0 + c1 x + c2 y.
+#define FOVEA_FRONT                                                                                              \
+    "float front(ivec2 p, vec2 d) {\n"                                                                           \
+    "    vec3 e = vec3(1.0, vec2(p) / vec2(size));\n"                                                            \
+    "    d += vec2(dot(texelFetch(image1, ivec2(0, 0), 0).xyz, e), dot(texelFetch(image1, ivec2(1, 0), 0).xyz, e));\n" \
+    "    return min(dot(d, d), 6e4);\n"                                                                          \
+    "}\n"
+
+// Where the output cell comes from, where all that may land moves alike. -1 in w, here and where nothing moves: how little it moves like
+// the background is for whoever asks. image0: of kCarry; size: of it.
+inline constexpr const char* kAlike = "//K alike\n" FOVEA_CARRIED R"(
+layout(location = 0) out vec4 landed;
+layout(location = 1) out vec4 filled;
+void main() {
+    ivec2 at = ivec2(gl_FragCoord.xy);
+    vec2 own = carried(at);
+    ivec2 p = at - ivec2(floor(own / float(kCell) + 0.5));
+    vec2 a = outside(p) ? own : carried(p);
+    p = at - ivec2(floor(a / float(kCell) + 0.5));
+    landed = filled = vec4(outside(p) ? -a : -carried(p), 0.0, -1.0);
+}
+)";
+
+// Squares of 4x4 cells of it: displacement in the middle, and its change per pixel to the right and down, in 65536ths. image0: of kAlike;
+// size: of it.
+inline constexpr const char* kSlope = R"(//K slope
+vec2 corner(ivec2 p) { return texelFetch(image0, min(p, size - 1), 0).xy; }
+uint word(vec2 slope) {
+    ivec2 i = ivec2(floor(clamp(slope, vec2(-0.49), vec2(0.49)) * 65536.0 + 0.5));
+    return uint(i.x) & 0xffffu | uint(i.y) << 16;
+}
+RESULT kernel(ivec2 at) {
+    vec2 a = corner(4 * at), b = corner(4 * at + ivec2(3, 0)), c = corner(4 * at + ivec2(0, 3)), d = corner(4 * at + 3);
+    const float kPer = 1.0 / float(6 * kCell);
+    return uvec4(floatBitsToUint(0.25 * (a + b + c + d)), word(kPer * (b + d - a - c)), word(kPer * (c + d - a - b)));
+}
+)";
+
+// The same where not: of the cells that land on it the one in front, that is the one that moves least like the
 // background (image1), and how little (w); z 1: a hole, none does. Nothing can be scattered here, so each motion found in the
-// neighbourhood is followed back to a cell, and asked whether it lands. image0: of kCarry, image2: of kWiden.
-inline constexpr const char* kDisplacement = R"(//K displacement
-bool outside(ivec2 p) { return any(lessThan(p, ivec2(0))) || any(greaterThanEqual(p, size)); }
-vec2 carried(ivec2 p) { return texelFetch(image0, p, 0).xy; }
+// neighbourhood is followed back to a cell, and asked whether it lands. image2: of kWiden.
+inline constexpr const char* kDisplacement = "//K displacement\n" FOVEA_CARRIED FOVEA_FRONT R"(
 // The cell that lands here if it moves about as `a`; outside: none does.
 ivec2 source(ivec2 at, inout vec2 a) {
-    float per = 1.0 / float(cell);
+    const float per = 1.0 / float(kCell);
     ivec2 p = at;
     for (int i = 0; i < 3; ++i) {
         ivec2 next = ivec2(floor(vec2(at) - a * per + 0.5));
@@ -181,32 +259,17 @@ ivec2 source(ivec2 at, inout vec2 a) {
     }
     return p + ivec2(floor(a * per + 0.5)) == at ? p : ivec2(-1);
 }
-float front(ivec2 p, vec2 a, vec3 u, vec3 v) {
-    vec3 e = vec3(1.0, vec2(p) / vec2(size));
-    vec2 d = a - vec2(dot(u, e), dot(v, e));
-    return min(dot(d, d), 6e4);
-}
 vec4 kernel(ivec2 at) {
-    vec2 own = carried(at), a = own;
-    vec4 span = texelFetch(image2, at / 8, 0);
-    ivec2 p = source(at, a);
-    // All that may come here move alike: there is one candidate.
-    vec2 apart = span.zw - span.xy, far = max(abs(span.xy), abs(span.zw)) / float(cell);
-    vec3 u = texelFetch(image1, ivec2(0, 0), 0).xyz, v = texelFetch(image1, ivec2(1, 0), 0).xyz;
-    if (max(apart.x, apart.y) < 0.5 * float(cell)) {
-        if (outside(p)) a = own;
-        return vec4(-a, 0.0, front(at, a, u, v));
-    }
-    float best = -1.0;
     vec2 shown = vec2(0.0);
-    int count = 5 + 4 * min(5, int(ceil(log2(1.0 + max(far.x, far.y)))));
+    float best = -1.0;
+    int count = 1 + 4 * min(5, int(ceil(log2(1.0 + texelFetch(image2, at / 8, 0).x / float(kCell)))));
     for (int k = 0; k < count; ++k) {
         ivec2 from = at + (k == 0 ? ivec2(0) : (1 << ((k - 1) / 4)) * way((k - 1) % 4));
         if (outside(from)) continue;
-        a = carried(from);
-        p = source(at, a);
+        vec2 a = carried(from);
+        ivec2 p = source(at, a);
         if (outside(p)) continue;
-        float f = front(p, a, u, v);
+        float f = front(p, -a);
         if (f > best) { best = f; shown = a; }
     }
     return vec4(-shown, best < 0.0 ? 1.0 : 0.0, max(best, 0.0));
@@ -215,14 +278,8 @@ vec4 kernel(ivec2 at) {
 
 // Holes take the motion of what lies behind: of the nearest cells to four sides that something landed on, the one that moves
 // most like the background. A surface that grows tears open by a cell or two: what stands on both sides goes on there,
-// whatever lies further off. image0: of kDisplacement, with -1 in w where nothing moves; image1: the background; size: of image0.
-inline constexpr const char* kFill = R"(//K fill
-// As of kDisplacement, of what stands still.
-float front(ivec2 p) {
-    vec3 e = vec3(1.0, vec2(p) / vec2(size));
-    vec2 d = vec2(dot(texelFetch(image1, ivec2(0, 0), 0).xyz, e), dot(texelFetch(image1, ivec2(1, 0), 0).xyz, e));
-    return min(dot(d, d), 6e4);
-}
+// whatever lies further off. image0: of kDisplacement and kAlike; size: of it.
+inline constexpr const char* kFill = "//K fill\n" FOVEA_FRONT R"(
 vec4 kernel(ivec2 at) {
     vec4 own = texelFetch(image0, at, 0);
     int ways = own.z > 0.5 ? 4 : 0, reachable = 48, nearest = 0;
@@ -247,7 +304,7 @@ vec4 kernel(ivec2 at) {
             distance_before = found;
         }
         if (found == 0) continue;
-        if (there.w < 0.0) there.w = front(at + found * way(k));
+        if (there.w < 0.0) there.w = front(at + found * way(k), there.xy);
         if (nearest == 0 || found < nearest) nearest = found;
         if (there.w < pair.w || (there.w == pair.w && found < distance_pair)) { pair = there; distance_pair = found; }
         if (!torn && (there.w < chosen.w || (there.w == chosen.w && found < distance_chosen))) { chosen = there; distance_chosen = found; }
@@ -260,13 +317,13 @@ vec4 kernel(ivec2 at) {
 }
 )";
 
-// image0: near, image1: displacement per cell. rounds: odd cubic, else linear. A gather is this, kDisplaced or kJudged, and kGatherBytes
+// image0: near, image1: displacement per cell. A gather is kDisplaced, kCalm or kJudged, and kGatherBytes
 // or kGatherFloats.
 inline constexpr const char* kDisplaced = R"(//K gather
 // Between cell centres; where neighbours differ they belong to different surfaces, and the nearer one counts. A pixel whose own
 // cell stands still does.
 vec2 displacement(ivec2 at) {
-    vec2 p = (vec2(at) + 0.5) / float(cell) - 0.5, base = floor(p), f = p - base, corner = (base + 1.0) / vec2(textureSize(image1, 0));
+    vec2 p = (vec2(at) + 0.5) / float(kCell) - 0.5, base = floor(p), f = p - base, corner = (base + 1.0) / vec2(textureSize(image1, 0));
     vec4 u = textureGather(image1, corner, 0).wzxy, v = textureGather(image1, corner, 1).wzxy;
     vec2 low = vec2(min(min(u.x, u.y), min(u.z, u.w)), min(min(v.x, v.y), min(v.z, v.w)));
     vec2 high = vec2(max(max(u.x, u.y), max(u.z, u.w)), max(max(v.x, v.y), max(v.z, v.w)));
@@ -276,9 +333,27 @@ vec2 displacement(ivec2 at) {
     if (max(apart.x, apart.y) > 3.0 || own == vec2(0.0)) return own;
     return vec2(mix(mix(u.x, u.y, f.x), mix(u.z, u.w, f.x), f.y), mix(mix(v.x, v.y, f.x), mix(v.z, v.w, f.x), f.y));
 }
-vec4 kernel(ivec2 at) { return gathered(at, displacement(at)); }
+vec4 kernel(ivec2 at) {
+    vec2 d = displacement(at);
+    if (stands(d)) discard;
+    return gathered(at, d);
+}
+)";
+// The same where neighbours are alike. patches: of kSlope.
+inline constexpr const char* kCalm = R"(//K gather calm
+vec2 slope(uint word) { return vec2(ivec2(int(word << 16), int(word)) >> 16) / 65536.0; }
+vec4 kernel(ivec2 at) {
+    const int kEdge = 4 * kCell;
+    uvec4 t = texelFetch(patches, at / kEdge, 0);
+    vec2 from = vec2(at % kEdge) + 0.5 - 0.5 * float(kEdge);
+    vec2 d = uintBitsToFloat(t.xy) + from.x * slope(t.z) + from.y * slope(t.w);
+    if (stands(d)) discard;
+    return gathered(at, d);
+}
 )";
 inline constexpr const char* kGatherHead = R"(
+// Not moved at all: the output is a copy of the nearer source to begin with.
+bool stands(vec2 d) { return dot(d, d) < 1.0 / 65536.0; }
 // Keys' cubic, slope -0.6 at 1.
 vec4 lobes(float f) {
     float g = 1.0 - f;
@@ -291,16 +366,16 @@ vec4 lobes(float f) {
 // Eight bits, filtered by the driver: the two inner weights of each axis are one linear sample between them. The corners, 1/128
 // at most, are left out.
 inline constexpr const char* kGatherBytes = R"(
-vec4 tap(float x, float y) { return textureLod(image0, vec2(x, y) / vec2(size), 0.0); }
+vec2 per_pixel;
+vec4 tap(float x, float y) { return textureLod(image0, vec2(x, y) * per_pixel, 0.0); }
 vec4 gathered(ivec2 at, vec2 d) {
-    vec4 own = texelFetch(image0, at, 0);
-    if (dot(d, d) < 1.0 / 65536.0) return own;
+    per_pixel = 1.0 / vec2(size);
     vec2 p = vec2(at) + d, base = floor(p), f = p - base;
-    if (rounds % 2 == 0) return tap(p.x + 0.5, p.y + 0.5);
+    if (!kCubic) return tap(p.x + 0.5, p.y + 0.5);
     vec4 wx = lobes(f.x), wy = lobes(f.y);
     float mx = wx.y + wx.z, my = wy.y + wy.z, x = base.x + 0.5 + wx.z / mx, y = base.y + 0.5 + wy.z / my;
     vec4 sum = mx * my * tap(x, y) + wx.x * my * tap(base.x - 0.5, y) + wx.w * my * tap(base.x + 2.5, y) + mx * wy.x * tap(x, base.y - 0.5) + mx * wy.w * tap(x, base.y + 2.5);
-    return clamp(sum / (mx * my + (wx.x + wx.w) * my + mx * (wy.x + wy.w)), vec4(0.0), vec4(1.0));
+    return clamp(sum * (1.0 / (mx * my + (wx.x + wx.w) * my + mx * (wy.x + wy.w))), vec4(0.0), vec4(1.0));
 }
 )";
 
@@ -311,7 +386,7 @@ bool finite(vec4 v) { return all(notEqual(floatBitsToUint(v) & 0x7f800000u, uvec
 vec4 tap(ivec2 p) { return texelFetch(image0, clamp(p, ivec2(0), size - 1), 0); }
 vec4 gathered(ivec2 at, vec2 d) {
     vec4 own = texelFetch(image0, at, 0);
-    if (dot(d, d) < 1.0 / 65536.0 || !finite(own)) return own;
+    if (!finite(own)) return own;
     vec2 p = vec2(at) + d, base = floor(p), f = p - base;
     vec4 sum = vec4(0.0), low = vec4(3.4028235e38), high = vec4(-3.4028235e38);
     float total = 0.0;
@@ -328,7 +403,7 @@ vec4 gathered(ivec2 at, vec2 d) {
     if (total <= 0.0) return own;
     // Rounded, a mean may be more than its numbers: an alpha of 1, or the largest number.
     vec4 mean = clamp(sum / total, low, high);
-    if (rounds % 2 == 0 || total < 0.999) return mean;
+    if (!kCubic || total < 0.999) return mean;
     vec4 wx = lobes(f.x), wy = lobes(f.y), all4 = vec4(0.0);
     for (int k = 0; k < 16; ++k) {
         vec4 v = tap(ivec2(base) + ivec2(k & 3, k >> 2) - 1);

@@ -41,14 +41,26 @@ vec4 kernel(ivec2 at) {
 }
 )";
 
-// 1 where anything may land. image0: of kWiden, `cell` to a tile along each axis; size: of it.
+// 1 where anything may land, and it moves as what is beside it does (`rounds` 0), or not (1). image0: of kWiden, `cell` to a tile along each axis;
+// size: of it.
 inline constexpr const char* kReached = R"(//K reached
 vec4 kernel(ivec2 at) {
+    const float kStep = 0.35;   // pixels: half an edge of motion
     ivec2 last = min((at + 1) * cell, size);
-    vec4 most = vec4(0.0);
+    vec2 most = vec2(0.0);
     for (int y = at.y * cell; y < last.y; ++y)
-        for (int x = at.x * cell; x < last.x; ++x) most = max(most, abs(texelFetch(image0, ivec2(x, y), 0)));
-    return vec4(most != vec4(0.0) ? 1.0 : 0.0);
+        for (int x = at.x * cell; x < last.x; ++x) most = max(most, texelFetch(image0, ivec2(x, y), 0).xy);
+    return vec4(most.x > 0.0 && (most.y >= kStep) == (rounds == 1) ? 1.0 : 0.0);
+}
+)";
+
+// 1 where any of `cell` x `cell` texels of image0 is; size: of it.
+inline constexpr const char* kAny = R"(//K any
+vec4 kernel(ivec2 at) {
+    float any_of_it = 0.0;
+    for (int y = at.y * cell; y < min((at.y + 1) * cell, size.y); ++y)
+        for (int x = at.x * cell; x < min((at.x + 1) * cell, size.x); ++x) any_of_it = max(any_of_it, texelFetch(image0, ivec2(x, y), 0).r);
+    return vec4(any_of_it);
 }
 )";
 

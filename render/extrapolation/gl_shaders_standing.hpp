@@ -9,11 +9,12 @@ namespace fovea::render::extrapolation::shaders {
     "bool same(ivec2 p) { return (texelFetch(patches, p / 4, 0).r >> uint(4 * (p.y & 3) + (p.x & 3)) & 1u) != 0u; }\n"
 
 // Tiles of 16x16 pixels that may hold a rim: 1 where anything is displaced no further than two tiles from one that stands still with
-// all around it. image0: of kEdges, image1: 1 where a tile stands still; size: of that; cell: pixels of a cell.
+// all around it. image0: of kEdges, image1: 1 where a tile stands still, image2: of kWiden; size: of image1.
 inline constexpr const char* kRims = R"(//K rims
 bool still(ivec2 p) { return texelFetch(image1, p, 0).r > 0.5; }
 vec4 kernel(ivec2 at) {
-    bool moves = texelFetch(image0, 2 * at / cell, 0).x > 0.5, found = false;
+    ivec2 square = 2 * at / kCell;
+    bool moves = texelFetch(image0, square, 0).x > 0.5 && texelFetch(image2, square, 0).x > 0.0, found = false;
     ivec2 first = max(at - 2, ivec2(0)), last = min(at + 2, size - 1);
     for (int y = first.y; moves && !found && y <= last.y; ++y)
         for (int x = first.x; !found && x <= last.x; ++x) {
@@ -28,7 +29,7 @@ vec4 kernel(ivec2 at) {
 
 // Of 4x4 pixels, those that stand still beside one that does not, where something moves across: x the contrast there, y that one
 // motion further back (both over 255), z how many pixels. image0: near, image1: displacement, image2: far, image3: of kRims, patches:
-// of kCompare; size: of the picture; cell: pixels of a cell; step_px: the step, in frame times; reach 1: floats; rounds 1: one
+// of kCompare; size: of the picture; step_px: the step, in frame times; reach 1: floats; rounds 1: one
 // channel, taken as grey.
 inline constexpr const char* kVote = "//K vote\n" FOVEA_SAME R"(
 // The bits of 4x4 pixels; beyond the picture, where nothing may be asked, all are set.
@@ -57,8 +58,8 @@ vec3 ask(ivec2 p, ivec2 w) {
     vec2 motion = vec2(0.0);
     float most = kMoves;
     bool leads = true;
-    for (int k = 0; k <= 16 && !outside(p - k * w); k += cell) {
-        vec2 m = texelFetch(image1, (p - k * w) / cell, 0).xy / -step_px;
+    for (int k = 0; k <= 16 && !outside(p - k * w); k += kCell) {
+        vec2 m = texelFetch(image1, (p - k * w) / kCell, 0).xy / -step_px;
         float along = dot(m, vec2(w));
         if (!(abs(along) > most)) continue;
         most = abs(along);
@@ -108,22 +109,19 @@ vec4 kernel(ivec2 at) {
 }
 )";
 
-// In such a tile, whether a pixel stays as it is: one that stands still, and what comes along from one and lies on it for four
-// pixels more, and so is not only an even spot of the content. image3: of kKeep, displacements: per cell.
-inline constexpr const char* kStays = FOVEA_SAME R"(
-layout(binding = 6) uniform sampler2D displacements;
-bool stays(ivec2 at) {
-    bool stands = false;
-    for (bool kept = texelFetch(image3, at / 16, 0).r > 0.5; kept; kept = false) {
-        vec2 d = texelFetch(displacements, at / cell, 0).xy;
-        float longest = max(abs(d.x), abs(d.y));
-        stands = same(at) || longest > 0.0;
-        for (int k = 0; stands && !same(at) && k < 4; ++k) {
-            ivec2 p = ivec2(floor(vec2(at) + d * (1.0 + float(k) / longest) + 0.5));
-            stands = !outside(p) && same(p);
-        }
+// In such a tile a pixel stays as it is that stands still, and one that comes along from one and lies on it for four pixels more, and so
+// is not only an even spot of the content. image0: near, image1: displacement, image2: of kKeep, patches: of kCompare; size: of image0.
+inline constexpr const char* kStand = "//K stand\n" FOVEA_SAME R"(
+vec4 kernel(ivec2 at) {
+    vec2 d = texelFetch(image1, at / kCell, 0).xy;
+    float longest = max(abs(d.x), abs(d.y));
+    bool own = same(at), stands = own || longest > 0.0;
+    for (int k = 0; stands && !own && k < 4; ++k) {
+        ivec2 p = ivec2(floor(vec2(at) + d * (1.0 + float(k) / longest) + 0.5));
+        stands = !outside(p) && same(p);
     }
-    return stands;
+    if (!stands || texelFetch(image2, at / 16, 0).r < 0.5) discard;
+    return texelFetch(image0, at, 0);
 }
 )";
 #undef FOVEA_SAME

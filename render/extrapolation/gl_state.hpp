@@ -11,7 +11,7 @@ namespace fovea::render::extrapolation {
 
 class GlStateGuard {
 public:
-    static constexpr int kUnits = 7;   // texture units 0 to kUnits - 1 are used
+    static constexpr int kUnits = 6;   // texture units 0 to kUnits - 1 are used
 
     // Afterwards: no pixel buffers, default pixel storage, and no test or mask between a draw and its target.
     // `passes`: shaders will run; false: only pixels are read and written.

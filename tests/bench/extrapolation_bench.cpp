@@ -53,7 +53,7 @@ void still_part(benchmark::State& state, Backend backend) {
         gl.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kSize, kSize, GL_RGBA, GL_UNSIGNED_BYTE, (i == 1 ? src2.rgba : i == 2 ? quarter : src1.rgba).data());
     }
     GlRunner runner(gl);
-    if (!runner.build(false)) return state.SkipWithError("the shaders do not build");
+    if (!runner.build(false, 2, true)) return state.SkipWithError("the shaders do not build");
     std::vector<double> ms[4];   // everything, a quarter, nothing, the compare alone
     GlWork work[3];
     {
