@@ -36,7 +36,7 @@ TEST(LayerSanitized, ExamplesOfTheSpecifications) {
 }
 
 TEST(LayerSanitized, ThreadsOfOneShareGroupDrawAtTheSameTime) {
-    EXPECT_EQ(sanitized("layer_threads_program 4 6").out, "4 threads, 0 of 52 pictures wrong\n");
+    EXPECT_EQ(sanitized("layer_threads_program 4 6").out, "4 threads, 0 of 76 pictures wrong\n");
 }
 
 TEST(LayerSanitized, AutoModeInEveryCase) {

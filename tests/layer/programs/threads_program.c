@@ -1,4 +1,4 @@
-/* Several threads, each with a context of one share group, foveate and draw at the same time; then a recorded frame goes from one
+/* Several threads, each with a context of one share group, foveate, draw and extrapolate at the same time; then a recorded frame goes from one
  * thread to another. Prints how many pictures were wrong. usage: threads_program [THREADS [FRAMES]] */
 #include <pthread.h>
 
@@ -8,6 +8,7 @@ enum { SIZE = 128, MOST_THREADS = 8 };
 static PFNGLFRAMEBUFFERFOVEATIONCONFIGQCOMPROC config;
 static PFNGLFRAMEBUFFERFOVEATIONPARAMETERSQCOMPROC parameters;
 static PFNGLTEXTUREFOVEATIONPARAMETERSQCOMPROC texture_parameters;
+static PFNGLEXTRAPOLATETEX2DQCOMPROC extrapolate;
 static EGLContext contexts[MOST_THREADS];
 static GLuint shared[MOST_THREADS]; /* foveated textures: each is drawn to by one thread, and steered by all */
 static int frames = 10, threads = 4;
@@ -44,10 +45,14 @@ static void *run(void *number) {
     use(contexts[me]);
     for (frame = 0; frame < frames; ++frame) {
         const GLuint program = footprint_program(), texture = make_texture(SIZE, SIZE), own = make_framebuffer(texture, SIZE, SIZE);
-        GLuint with_shared, provided = 0;
+        const GLuint ahead = make_texture(SIZE, SIZE);
+        GLuint with_shared, with_ahead, provided = 0;
         config(own, 1, 1, GL_FOVEATION_ENABLE_BIT_QCOM, &provided);
         parameters(own, 0, 0, 0, 0, 8, 8, 0);
         draw(program);
+        wrong[me] += is_wrong();
+        extrapolate(texture, texture, ahead, 0.5f); /* the first call of a context tries out both of its sides */
+        with_ahead = make_framebuffer(ahead, SIZE, SIZE);
         wrong[me] += is_wrong();
         /* Many times: between calls of the driver its locks order the threads, and would hide what is not ordered here. */
         for (i = 0; i < 500; ++i)
@@ -58,6 +63,8 @@ static void *run(void *number) {
         glBindFramebuffer(GL_FRAMEBUFFER, 0);
         glDeleteFramebuffers(1, &own);
         glDeleteFramebuffers(1, &with_shared);
+        glDeleteFramebuffers(1, &with_ahead);
+        glDeleteTextures(1, &ahead);
         glDeleteTextures(1, &texture);
         glUseProgram(0);
         glDeleteProgram(program);
@@ -84,6 +91,7 @@ int main(int argc, char **argv) {
     config = (PFNGLFRAMEBUFFERFOVEATIONCONFIGQCOMPROC)eglGetProcAddress("glFramebufferFoveationConfigQCOM");
     parameters = (PFNGLFRAMEBUFFERFOVEATIONPARAMETERSQCOMPROC)eglGetProcAddress("glFramebufferFoveationParametersQCOM");
     texture_parameters = (PFNGLTEXTUREFOVEATIONPARAMETERSQCOMPROC)eglGetProcAddress("glTextureFoveationParametersQCOM");
+    extrapolate = (PFNGLEXTRAPOLATETEX2DQCOMPROC)eglGetProcAddress("glExtrapolateTex2DQCOM");
     for (i = 0; i < threads; ++i) {
         shared[i] = make_texture(SIZE, SIZE);
         glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_FOVEATED_FEATURE_BITS_QCOM, GL_FOVEATION_ENABLE_BIT_QCOM);
@@ -104,6 +112,6 @@ int main(int argc, char **argv) {
     }
     check_gl("end");
     close_context();
-    printf("%d threads, %d of %d pictures wrong\n", threads, all, threads * (2 * frames + 1));
+    printf("%d threads, %d of %d pictures wrong\n", threads, all, threads * (3 * frames + 1));
     return all != 0;
 }
