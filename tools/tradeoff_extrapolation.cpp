@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <ctime>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -267,7 +268,9 @@ void add_tradeoff_extrapolation(CLI::App& parent, int* exit_code) {
     c->add_option("--scene", o->scenes, "Only these scenes")->check(CLI::IsMember(names));
     c->add_option("--speed", o->speeds, "Speeds; 1 is about 7 pixels per frame at 1024x1024 (default 1)")->check(command_line::within(0.0, 20.0));
     c->add_option("--seed", o->seeds, "Other textures, places, directions and paces; 0 (default) is what everything was tuned on")->check(CLI::Range(0, 1000000));
-    c->add_option("--factor", o->factor, "How far ahead, frame times (default 0.5)")->check(command_line::within(-1.0, 2.0));
+    c->add_option("--factor", o->factor, "How far ahead, frame times; not 0 (default 0.5)")
+        ->check(command_line::within(-1.0, 2.0))
+        ->check([](const std::string& text) { return std::strtod(text.c_str(), nullptr) == 0 ? std::string("0 is the last frame itself") : std::string(); });
     c->add_option("--size", o->size_px, "Edge of the pictures, pixels (default 1024)")->check(CLI::Range(32, 4096));
     c->add_option("--repeat", o->repeats, "Timed runs per method and case; the median counts (default 5)")->check(CLI::Range(1, 1000));
     c->add_option("--budget-ms", o->budget_ms, "Name the best preset within this processor time per frame")->check(command_line::within(0.0, 1e6));

@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <nlohmann/json.hpp>
 
 #include "tests/tools/command_runner.hpp"
@@ -43,14 +45,50 @@ TEST_F(TradeoffExtrapolation, PresetsBeatRepeatingAndNeverLoseToIt) {
     }
     EXPECT_EQ(psnr["balanced"]["cut"], psnr["hold"]["cut"]) << "a cut repeats the last frame";
     EXPECT_GT(psnr["reprojection"]["rotation"], psnr["hold"]["rotation"] + 3);
-    EXPECT_NE(bytes(file("t.csv")).find("\nbalanced,0,"), std::string::npos);
-    const std::string html = bytes(file("t.html"));
-    EXPECT_NE(html.find("data:image/png;base64,iVBORw0KGgo"), std::string::npos);
+    // All that the presets are judged by, in one run.
+    std::set<std::string> baselines;
+    for (const auto& m : all["methods"])
+        if (m["baseline"]) baselines.insert(m["method"]);
+    EXPECT_EQ(baselines, (std::set<std::string>{"hold", "reprojection", "dis-ultrafast", "dis-fast", "dis-medium", "farneback"}));
+    // On the frontier is what nothing else beats, or equals, in both; ties are all on it.
+    for (const auto& m : all["methods"]) {
+        const double ms = m["processor_ms"], db = m["psnr_db"];
+        const bool beaten = std::any_of(all["methods"].begin(), all["methods"].end(), [&](const nlohmann::json& other) {
+            const double other_ms = other["processor_ms"], other_db = other["psnr_db"];
+            return other_ms <= ms && other_db >= db && (other_ms < ms || other_db > db);
+        });
+        EXPECT_EQ(m["frontier"].get<bool>(), !beaten) << m["method"];
+    }
+    const auto count = [](const std::string& text, const char* part) {
+        std::size_t n = 0;
+        for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++n;
+        return n;
+    };
+    const std::string csv = bytes(file("t.csv")), html = bytes(file("t.html"));
+    const std::size_t methods = all["methods"].size();
+    EXPECT_NE(csv.find("\nbalanced,0,"), std::string::npos);
+    EXPECT_EQ(count(csv, "\n"), 1 + 2 * methods);
+    EXPECT_EQ(count(html, "<figure><img alt='rotation"), methods + 1) << "a crop of each, and of the truth";
+    EXPECT_EQ(count(html, "src='data:image/png;base64,iVBORw0KGgo"), 2 * (methods + 1));
+    EXPECT_EQ(count(html, "<circle "), methods);
+    EXPECT_EQ(count(html, "<tr class='frontier'>"), static_cast<std::size_t>(std::count_if(all["methods"].begin(), all["methods"].end(), [](const auto& m) { return m["frontier"].template get<bool>(); })));
+    EXPECT_EQ(count(html, "<polyline "), 1u);
     EXPECT_NE(html.find("</html>"), std::string::npos);
 }
 
+TEST_F(TradeoffExtrapolation, HasASceneOfEveryKind) {
+    std::set<std::string> names;
+    for (const auto& s : fovea::tools::extrapolation_scenes()) names.insert(s.name);
+    EXPECT_EQ(names, (std::set<std::string>{"rotation", "translation", "object", "occlusion", "thin", "specular", "repetitive", "flicker", "cut"}));
+}
+
 TEST_F(TradeoffExtrapolation, AnImpossibleBudgetOrSceneIsSaidSo) {
-    EXPECT_EQ(fovea("tradeoff extrapolation --size 32 --scene cut --repeat 1 --budget-ms 0").exit_code, 1);
+    const auto nothing = fovea("tradeoff extrapolation --size 32 --scene cut --repeat 1 --budget-ms 0");
+    EXPECT_EQ(nothing.exit_code, 1);
+    EXPECT_NE(nothing.err.find("no preset takes 0 ms or less"), std::string::npos);
+    EXPECT_NE(nothing.out.find("\n* "), std::string::npos) << "the table, and who is on the frontier\n" << nothing.out;
+    EXPECT_NE(nothing.out.find("target "), std::string::npos);
+    EXPECT_EQ(fovea("tradeoff extrapolation --size 32 --scene cut --factor 0").exit_code, 2) << "no time ahead";
     EXPECT_EQ(fovea("tradeoff extrapolation --scene nowhere").exit_code, 2);
 }
 
