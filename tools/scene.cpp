@@ -110,7 +110,7 @@ void print_text(const Options& o, const Explained& x) {
         const effects::Decision& d = x.plan.decision(e.effect);
         std::string cost = "-";
         if (const auto& c = x.costs[static_cast<std::size_t>(e.effect)]) cost = fmt::format("x{:.2f} ({:.1f} -> {:.1f} ms)", c->ratio(), c->without_ms, c->with_ms);
-        fmt::print("{:<17} {:<4} {:<27} {}\n", e.name, d.on ? "on" : "off", cost, d.reason);
+        fmt::print("{:<18} {:<4} {:<27} {}\n", e.name, d.on ? "on" : "off", cost, d.reason);
     }
     fmt::print("\n{}", o.cost ? "Costs: the same frame without and with the effect, in turn, medians; - where the method has no choice.\n" : "");
 }
