@@ -221,18 +221,20 @@ void GlPasses::search_level(std::size_t l, bool back) noexcept {
     r.set_rounds(back ? (steps + 1) / 2 : steps);
     r.set_reach(coarsest ? 0.0f : -1.0f);
     r.pass(Kernel::search, level.patches, level.columns, level.rows, where, GL_RGBA32UI);
-    r.use(Kernel::balance);
     r.bind(4, level.patches);
-    r.set_size(level.columns, level.rows);
-    r.set_reach(tuning_.stiffness);
     // From afar, then from nearer: what many know spreads in fewer rounds than on the processor, where only neighbours talk.
     constexpr int kFar[] = {1, 2, 4};
     const int on_processor = back ? (tuning_.balance_rounds + 1) / 2 : tuning_.balance_rounds, balance = std::max((2 * on_processor + 4) / 5, 6);
     for (int i = 0; i < balance; ++i) {
+        const Kernel kernel = i == 0 ? Kernel::balance_first : Kernel::balance;
+        if (i < 2) {
+            r.use(kernel);
+            r.set_size(level.columns, level.rows);
+            r.set_reach(tuning_.stiffness);
+        }
         r.set_cell(kFar[(balance - 1 - i) % 3]);
-        r.set_rounds(i == 0 ? 1 : 0);
         r.bind(0, motion[0]);
-        r.pass(Kernel::balance, motion[1], level.columns, level.rows, where);
+        r.pass(kernel, motion[1], level.columns, level.rows, where);
         std::swap(motion[0], motion[1]);
     }
 }

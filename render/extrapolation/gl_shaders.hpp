@@ -263,39 +263,42 @@ RESULT kernel(ivec2 at) {
         if (refines) trial = m - step;
         else if (i > 0) trial = others[i - 1];
         if (refines && !(dot(trial - start, trial - start) < 64.0)) break;
+        if (refines && dot(step, step) < 0.0036) {   // so little needs no proof
+            m = trial;
+            break;
+        }
         vec3 now = fit(trial);
         if (now.z < (i == 0 || refines ? 1.0 : 0.9) * best.z) {
             best = now;
             m = trial;
+            if (i == 0 && now.z < 64.0) count = 0;   // a level of noise per pixel: none fits better
         } else if (refines) break;
         if (!refines) start = m;
-        else if (dot(step, step) < 0.0004) break;
     }
     return words_of(Patch(m, h / (1.0 + best.z / 256.0)));
 }
 )";
 
 // Neighbours exchange what they know: a patch that sees only an edge moves along it as they do, an even one as all of them
-// do; those that differ widely do not belong together. image0: motion as of the round before (the first, `rounds` 1: as
-// found); reach: the stiffness; cell: how far away the neighbours are, which then count less and have to agree more.
-inline constexpr const char* kBalance = R"(//K balance
-vec2 now(ivec2 p) { return rounds == 1 ? motion_of(texelFetch(patches, p, 0)) : texelFetch(image0, p, 0).xy; }
-vec4 kernel(ivec2 at) {
-    Patch own = patch_of(texelFetch(patches, at, 0));
-    vec2 m = now(at), sum = vec2(own.matrix.x * own.motion.x + own.matrix.z * own.motion.y, own.matrix.z * own.motion.x + own.matrix.y * own.motion.y);
-    float weights = 0.0;
-    for (int k = 0; k < 4; ++k) {
-        ivec2 p = at + cell * way(k);
-        if (any(lessThan(p, ivec2(0))) || any(greaterThanEqual(p, size))) continue;
-        vec2 n = now(p), d = n - m;
-        float w = reach / (float(cell) * (1.0 + float(cell) * dot(d, d)));
-        sum += w * n;
-        weights += w;
-    }
-    float a = own.matrix.x + weights, d = own.matrix.y + weights, det = a * d - own.matrix.z * own.matrix.z;
-    if (det > 0.0) m = vec2(d * sum.x - own.matrix.z * sum.y, a * sum.y - own.matrix.z * sum.x) / det;
-    return vec4(m, 0.0, 1.0);
-}
-)";
+// do; those that differ widely do not belong together. image0: motion as of the round before (the first: as found, in patches); reach:
+// the stiffness; cell: how far away the neighbours are, which then count less and have to agree more.
+#define FOVEA_BALANCE                                                                                                                    \
+    "vec3 heard(ivec2 p, vec2 m) {\n"                                                                                                    \
+    "    vec2 n = now(clamp(p, ivec2(0), size - 1)), d = n - m;\n"                                                                       \
+    "    float w = p == clamp(p, ivec2(0), size - 1) ? reach / (float(cell) * (1.0 + float(cell) * dot(d, d))) : 0.0;\n"                 \
+    "    return w * vec3(n, 1.0);\n"                                                                                                     \
+    "}\n"                                                                                                                                \
+    "vec4 kernel(ivec2 at) {\n"                                                                                                          \
+    "    Patch own = patch_of(texelFetch(patches, at, 0));\n"                                                                            \
+    "    vec2 m = now(at);\n"                                                                                                            \
+    "    vec3 sum = heard(at + ivec2(-cell, 0), m) + heard(at + ivec2(cell, 0), m) + heard(at + ivec2(0, -cell), m) + heard(at + ivec2(0, cell), m);\n" \
+    "    sum.xy += vec2(own.matrix.x * own.motion.x + own.matrix.z * own.motion.y, own.matrix.z * own.motion.x + own.matrix.y * own.motion.y);\n" \
+    "    float a = own.matrix.x + sum.z, d = own.matrix.y + sum.z, det = a * d - own.matrix.z * own.matrix.z;\n"                         \
+    "    if (det > 0.0) m = vec2(d * sum.x - own.matrix.z * sum.y, a * sum.y - own.matrix.z * sum.x) / det;\n"                           \
+    "    return vec4(m, 0.0, 1.0);\n"                                                                                                    \
+    "}\n"
+inline constexpr const char* kBalance = "//K balance\nvec2 now(ivec2 p) { return texelFetch(image0, p, 0).xy; }\n" FOVEA_BALANCE;
+inline constexpr const char* kBalanceFirst = "//K balance first\nvec2 now(ivec2 p) { return motion_of(texelFetch(patches, p, 0)); }\n" FOVEA_BALANCE;
+#undef FOVEA_BALANCE
 
 }  // namespace fovea::render::extrapolation::shaders

@@ -45,6 +45,7 @@ vec4 kernel(ivec2 at) {
 // The two displacements that meet at a cell, in front (xy) and behind (zw); the same where none do. image0: of kFill; size: of it.
 inline constexpr const char* kSides = "//K sides\n" FOVEA_FRONT R"(
 vec4 kernel(ivec2 at) {
+    know_background();
     vec3 ahead = vec3(0.0, 0.0, -1.0), behind = vec3(0.0, 0.0, 1e6);   // displacement, and how little it moves like the background
     for (int k = 0; k < 25; ++k) {
         ivec2 p = clamp(at + ivec2(k % 5, k / 5) - 2, ivec2(0), size - 1);

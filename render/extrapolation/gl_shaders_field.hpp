@@ -206,9 +206,14 @@ vec4 kernel(ivec2 at) {
     "vec2 carried(ivec2 p) { return texelFetch(image0, p, 0).xy; }\n"
 // How little a cell that is displaced by d moves like the background, image1: u and v as c0 + c1 x + c2 y.
 #define FOVEA_FRONT                                                                                              \
+    "vec3 behind_u, behind_v;\n"                                                                                 \
+    "void know_background() {\n"                                                                                 \
+    "    behind_u = texelFetch(image1, ivec2(0, 0), 0).xyz;\n"                                                   \
+    "    behind_v = texelFetch(image1, ivec2(1, 0), 0).xyz;\n"                                                   \
+    "}\n"                                                                                                        \
     "float front(ivec2 p, vec2 d) {\n"                                                                           \
     "    vec3 e = vec3(1.0, vec2(p) / vec2(size));\n"                                                            \
-    "    d += vec2(dot(texelFetch(image1, ivec2(0, 0), 0).xyz, e), dot(texelFetch(image1, ivec2(1, 0), 0).xyz, e));\n" \
+    "    d += vec2(dot(behind_u, e), dot(behind_v, e));\n"                                                       \
     "    return min(dot(d, d), 6e4);\n"                                                                          \
     "}\n"
 
@@ -260,6 +265,7 @@ ivec2 source(ivec2 at, inout vec2 a) {
     return p + ivec2(floor(a * per + 0.5)) == at ? p : ivec2(-1);
 }
 vec4 kernel(ivec2 at) {
+    know_background();
     vec2 shown = vec2(0.0);
     float best = -1.0;
     int count = 1 + 4 * min(5, int(ceil(log2(1.0 + texelFetch(image2, at / 8, 0).x / float(kCell)))));
@@ -281,6 +287,7 @@ vec4 kernel(ivec2 at) {
 // whatever lies further off. image0: of kDisplacement and kAlike; size: of it.
 inline constexpr const char* kFill = "//K fill\n" FOVEA_FRONT R"(
 vec4 kernel(ivec2 at) {
+    know_background();
     vec4 own = texelFetch(image0, at, 0);
     int ways = own.z > 0.5 ? 4 : 0, reachable = 48, nearest = 0;
     vec4 pair = vec4(0.0, 0.0, 0.0, 1e6), chosen = pair;   // front in w; of one axis; of all
