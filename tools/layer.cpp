@@ -66,8 +66,8 @@ int fail_with(const std::string& text, int code) {
 
 int run(const LayerOptions& options) {
     const std::string library = options.library.empty() ? find_library() : options.library;
-    if (library.empty()) return fail_with("libfovea_layer.so is not beside this program; name it with --library", kBadInput);
-    if (access(library.c_str(), R_OK) != 0) return fail_with(fmt::format("cannot read {}: {}", library, std::strerror(errno)), kBadInput);
+    if (library.empty()) return fail_with("libfovea_layer.so is not beside this program (build it: ./check --build, or the target fovea_layer alone; or name it with --library)", kBadInput);
+    if (access(library.c_str(), R_OK) != 0) return fail_with(fmt::format("{}: cannot read the layer: {} (name it with --library)", library, std::strerror(errno)), kBadInput);
 
     std::string automatic;
     if (options.automatic.on) {

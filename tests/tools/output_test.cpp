@@ -109,6 +109,7 @@ TEST_F(Output, AFolderThatIsMissingIsToldOfTheFileThatWasAskedFor) {
 TEST_F(Output, AWrongCommandLineIsToldOfItsCommand) {
     EXPECT_THAT(fovea("nosuch").err, HasSubstr("fovea: there is no command 'nosuch'; `fovea --help`"));
     EXPECT_THAT(fovea("tradeoff nosuch x").err, HasSubstr("fovea tradeoff: there is no command 'nosuch'"));
+    EXPECT_THAT(fovea("layer run --library " + file("no-such-layer.so") + " -- true").err, HasSubstr("name it with --library"));
     EXPECT_THAT(fovea("tradeoff filter").err, HasSubstr("fovea tradeoff filter: recordings is required"));
     EXPECT_THAT(fovea("latency x --client 0").err, HasSubstr("not in range 1 to 4294967295"));
     EXPECT_THAT(fovea("devices nosuch").err, HasSubstr("no driver is called 'nosuch'"));
