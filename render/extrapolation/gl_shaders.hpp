@@ -253,13 +253,13 @@ RESULT kernel(ivec2 at) {
         others[count] = other;
         if (dot(d, d) >= 0.0625) ++count;
     }
-    // A little on the diagonal keeps an edge from sliding along itself.
-    float a = h.x + 8.0, d = h.y + 8.0, det = a * d - h.z * h.z;
+    // A little on the diagonal keeps a flat patch where it is, a part of the other axis' share an edge from sliding along itself.
+    float a = h.x + 0.006 * h.y + 8.0, d = h.y + 0.006 * h.x + 8.0, c = 0.994 * h.z, det = a * d - c * c, still_left = 0.0;
     vec2 start = m, trial = m;
     vec3 best = vec3(0.0, 0.0, 3e38);
     for (int i = 0; i <= count + rounds; ++i) {
         bool refines = i > count;
-        vec2 step = vec2(d * best.x - h.z * best.y, a * best.y - h.z * best.x) / det;
+        vec2 step = vec2(d * best.x - c * best.y, a * best.y - c * best.x) / det;
         if (refines) trial = m - step;
         else if (i > 0) trial = others[i - 1];
         if (refines && !(dot(trial - start, trial - start) < 64.0)) break;
@@ -268,8 +268,11 @@ RESULT kernel(ivec2 at) {
             break;
         }
         vec3 now = fit(trial);
-        if (now.z < (i == 0 || refines ? 1.0 : 0.9) * best.z) {
+        // Of two places along an edge reading between pixels alone leaves more at the one; and part of it a step will take away.
+        float left = now.z - 0.3 * dot(now.xy, vec2(d * now.x - c * now.y, a * now.y - c * now.x)) / det;
+        if (i == 0 || (refines ? now.z < best.z : left < 0.9 * still_left - 0.03 * (h.x + h.y))) {
             best = now;
+            still_left = left;
             m = trial;
             if (i == 0 && now.z < 64.0) count = 0;   // a level of noise per pixel: none fits better
         } else if (refines) break;

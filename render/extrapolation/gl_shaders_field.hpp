@@ -109,7 +109,7 @@ vec4 kernel(ivec2 at) {
     vec3 variance = squares / n - (sums / n) * (sums / n);   // of the luma, of standing still, of the motion
     bool textured = variance.x > 4.0;
     bool still = texelFetch(image3, tile, 0).r > 0.5;
-    bool worse = variance.z > 4.0 * variance.y + 0.5 || (textured && variance.z > 0.9 * variance.x);
+    bool worse = variance.z > 4.0 * variance.y + 0.5 || (textured && variance.z > 0.9 * variance.x && variance.z > 0.25 * variance.y);
     return vec4(worse ? 0.0 : 1.0, textured ? 1.0 : 0.0, textured && variance.z > 0.5 * variance.x && !still ? 1.0 : 0.0, 1.0);
 }
 )";

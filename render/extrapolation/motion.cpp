@@ -16,6 +16,12 @@ std::size_t at(int x, int y, int width) noexcept { return static_cast<std::size_
 // From `least` to `most` a plane and its border are filled.
 struct Reach {
     float least_x, least_y, most_x, most_y;
+    // `part` of the plane is, and the border beside it.
+    Reach(const Box& part, const Plane& p) noexcept : least_x(least(part.x0)), least_y(least(part.y0)), most_x(most(part.x1, p.width())), most_y(most(part.y1, p.height())) {}
+
+private:
+    static float least(int at) noexcept { return static_cast<float>(at == 0 ? 1 - kPadPx : at); }
+    static float most(int at, int end) noexcept { return static_cast<float>(at == end ? end + kPadPx - 2 : at - 2); }
 };
 float sample(const Plane& p, const Reach& r, float x, float y) noexcept {
     x = std::clamp(x, r.least_x, r.most_x);
@@ -319,6 +325,54 @@ void MotionSearch::smooth(const Box& box, const TileMap& tiles, int passes, cons
     }
 }
 
+namespace {
+
+// What a block of one luma leaves beside that of the other source, if it moves and if it stands still; means taken out.
+struct Fit {
+    float count = 0, variance = 0, still = 0, left = 0;
+
+    // x0 to x1 - 1, y0 to y1 - 1 of `near`, every `every`-th along both axes; `f` has 1 << shift cells per pixel of the luma.
+    Fit(const Plane& near, const Plane& far, const Reach& reach, const Field& f, int shift, const Box& b, int every) noexcept {
+        float n = 0, s = 0, ss = 0, z = 0, zz = 0, m = 0, mm = 0;
+        const float per = 1.0f / static_cast<float>(1 << shift);
+        for (int y = b.y0; y < b.y1; y += every)
+            for (int x = b.x0; x < b.x1; x += every) {
+                const std::size_t cell = at(std::min(x << shift, f.width - 1), std::min(y << shift, f.height - 1), f.width);
+                const float value = near.row(y)[x], zero = far.row(y)[x] - value;
+                const float tx = static_cast<float>(x) + f.u[cell] * per, ty = static_cast<float>(y) + f.v[cell] * per;
+                // What came into the picture since cannot be judged by what was there before.
+                if (tx < -0.5f || ty < -0.5f || tx > static_cast<float>(near.width()) - 0.5f || ty > static_cast<float>(near.height()) - 0.5f) continue;
+                const float moved = sample(far, reach, tx, ty) - value;
+                n += 1;
+                s += value;
+                ss += value * value;
+                z += zero;
+                zz += zero * zero;
+                m += moved;
+                mm += moved * moved;
+            }
+        count = n;
+        if (n == 0) return;
+        variance = ss / n - (s / n) * (s / n);
+        still = zz / n - (z / n) * (z / n);
+        left = mm / n - (m / n) * (m / n);
+    }
+    [[nodiscard]] bool textured() const noexcept { return variance > kTextured; }
+    // A match that leaves most of the texture, and much of what standing still leaves, is none: there is worse than showing what
+    // was there.
+    [[nodiscard]] bool refused() const noexcept {
+        return left > kMuchWorse * still + kNoise || (textured() && left > kNoMatch * variance && left > kHardlyBetter * still);
+    }
+
+    static constexpr float kNoise = 0.5f, kTextured = 4.0f;   // variances, levels of 255 squared
+    // Reading between cells blurs, and standing still does not: what is thinner than a cell, moved rightly, leaves more than at rest.
+    static constexpr float kMuchWorse = 4.0f, kNoMatch = 0.9f;
+    // Of two textures that have nothing to do with each other standing still leaves twice the variance.
+    static constexpr float kHardlyBetter = 0.25f;
+};
+
+}  // namespace
+
 // Blocks where the motion explains far less than standing still does stand still; counts what nothing explains. Judged at the
 // cells of level 1; with a gaze it is that level's motion which goes on outside of `fovea`, in cells of the finest.
 void MotionSearch::validate(const TileMap& tiles, const Box* fovea) noexcept {
@@ -326,13 +380,8 @@ void MotionSearch::validate(const TileMap& tiles, const Box* fovea) noexcept {
     const int scale = cell_px_ << l;
     const Plane &near = near_[l], &far = far_[l];
     constexpr int kBlock = 8;
-    constexpr float kNoise = 0.5f, kTextured = 4.0f, kUnexplained = 0.5f, kNoMatch = 0.9f;   // variances, levels of 255 squared
-    // Reading between cells blurs, and standing still does not: what is thinner than a cell, moved rightly, leaves more than at rest.
-    constexpr float kMuchWorse = 4.0f;
-    const Box part = cell_px_ << l < kPartPx ? part_at(static_cast<int>(l)) : Box{0, 0, far.width(), far.height()};
-    const auto least = [](int at) { return static_cast<float>(at == 0 ? 1 - kPadPx : at); };
-    const auto most = [](int at, int end) { return static_cast<float>(at == end ? end + kPadPx - 2 : at - 2); };
-    const Reach reach{least(part.x0), least(part.y0), most(part.x1, far.width()), most(part.y1, far.height())};
+    constexpr float kUnexplained = 0.5f;
+    const Reach reach(cell_px_ << l < kPartPx ? part_at(static_cast<int>(l)) : Box{0, 0, far.width(), far.height()}, far), finest_reach(filled_, far_[0]);
     int textured = 0, unexplained = 0;
     for (int by = 0; by < near.height(); by += kBlock)
         for (int bx = 0; bx < near.width(); bx += kBlock) {
@@ -344,37 +393,19 @@ void MotionSearch::validate(const TileMap& tiles, const Box* fovea) noexcept {
                 ++textured;   // explained, by standing still
                 continue;
             }
-            float n = 0, s = 0, ss = 0, z = 0, zz = 0, m = 0, mm = 0;
-            const int y1 = std::min(by + kBlock, near.height()), x1 = std::min(bx + kBlock, near.width());
-            for (int y = by; y < y1; ++y)
-                for (int x = bx; x < x1; ++x) {
-                    const std::size_t cell = at(std::min(x << shift, f.width - 1), std::min(y << shift, f.height - 1), f.width);
-                    const float per = 1.0f / static_cast<float>(1 << shift), value = near.row(y)[x];
-                    const float zero = far.row(y)[x] - value;
-                    const float tx = static_cast<float>(x) + f.u[cell] * per, ty = static_cast<float>(y) + f.v[cell] * per;
-                    // What came into the picture since cannot be judged by what was there before.
-                    if (tx < -0.5f || ty < -0.5f || tx > static_cast<float>(near.width()) - 0.5f || ty > static_cast<float>(near.height()) - 0.5f) continue;
-                    const float moved = sample(far, reach, tx, ty) - value;
-                    n += 1;
-                    s += value;
-                    ss += value * value;
-                    z += zero;
-                    zz += zero * zero;
-                    m += moved;
-                    mm += moved * moved;
-                }
-            if (2 * static_cast<int>(n) < (y1 - by) * (x1 - bx)) continue;
-            const float variance = ss / n - (s / n) * (s / n), still = zz / n - (z / n) * (z / n), left = mm / n - (m / n) * (m / n);
-            if (variance > kTextured) {
+            const Box block{bx, by, std::min(bx + kBlock, near.width()), std::min(by + kBlock, near.height())};
+            const Fit fit(near, far, reach, f, shift, block, 1);
+            if (2 * static_cast<int>(fit.count) < (block.y1 - by) * (block.x1 - bx)) continue;
+            if (fit.textured()) {
                 ++textured;
-                unexplained += left > kUnexplained * variance && !tiles.is_still(tile_x, tile_y);
+                unexplained += fit.left > kUnexplained * fit.variance && !tiles.is_still(tile_x, tile_y);
             }
-            // A match that leaves most of the texture unexplained is none: there is worse than showing what was there.
-            if (left > kMuchWorse * still + kNoise || (variance > kTextured && left > kNoMatch * variance)) {
-                const int cx1 = std::min(x1 << shift, f.width), cy1 = std::min(y1 << shift, f.height);
-                for (int y = by << shift; y < cy1; ++y)
-                    for (int x = bx << shift; x < cx1; ++x) f.u[at(x, y, f.width)] = f.v[at(x, y, f.width)] = 0;
-            }
+            if (!fit.refused()) continue;
+            const Box cells{bx << shift, by << shift, std::min(block.x1 << shift, f.width), std::min(block.y1 << shift, f.height)};
+            // Stripes of a few pixels are mixed at the cells of level 1, however rightly they move: the finest have the last word.
+            if (shift > 0 && filled_.holds(cells) && !Fit(near_[0], far_[0], finest_reach, f, 0, cells, 1 << shift).refused()) continue;
+            for (int y = cells.y0; y < cells.y1; ++y)
+                for (int x = cells.x0; x < cells.x1; ++x) f.u[at(x, y, f.width)] = f.v[at(x, y, f.width)] = 0;
         }
     unexplained_ = textured > 0 ? static_cast<float>(unexplained) / static_cast<float>(textured) : 0.0f;
 }

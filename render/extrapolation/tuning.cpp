@@ -23,7 +23,7 @@ Tuning tuning_of(Preset preset) noexcept {
         case Preset::draft: return {.cell_px = 2, .iterations = 1, .passes = 3, .balance_rounds = 4, .stiffness = 120, .backward_level = -1, .smoothing_passes = 0, .cubic = true};
         case Preset::fast: return {.cell_px = 2, .iterations = 1, .passes = 3, .balance_rounds = 10, .stiffness = 120, .backward_level = -1, .smoothing_passes = 1, .cubic = true};
         case Preset::balanced: return {.cell_px = 2, .iterations = 1, .passes = 3, .balance_rounds = 14, .stiffness = 120, .backward_level = 1, .smoothing_passes = 1, .cubic = true};
-        case Preset::best: return {.cell_px = 2, .iterations = 2, .passes = 3, .balance_rounds = 24, .stiffness = 120, .backward_level = 0, .smoothing_passes = 1, .cubic = true};
+        case Preset::best: return {.cell_px = 2, .iterations = 2, .passes = 3, .balance_rounds = 20, .stiffness = 110, .backward_level = 0, .smoothing_passes = 1, .cubic = true};
     }
     return {};
 }

@@ -4,6 +4,7 @@ fovea_test(fovea_extrapolation_test SOURCES
   extrapolation_gaze_test.cpp
   extrapolation_known_paths_test.cpp
   extrapolation_known_test.cpp
+  extrapolation_search_test.cpp
   extrapolation_steps_test.cpp
   extrapolation_test.cpp
   extrapolation_window_test.cpp

@@ -72,7 +72,8 @@ TEST_F(ExtrapolationGlQuality, ALargeBrickWallDoesNotSlipByABrick) {
         ASSERT_EQ(e.extrapolate(src1, src2, out, 0.5f), static_cast<GLenum>(GL_NO_ERROR));
         const double db = psnr(read(out, a), truth);
         if (!processor) processor = db;
-        EXPECT_GT(db, *processor - 1) << backend_name(k) << ", repeating: " << psnr(b, truth);
+        // A slip costs more than 10 dB. The processor asks neighbours that have settled; a shader those of the round before.
+        EXPECT_GT(db, *processor - 3) << backend_name(k) << ", repeating: " << psnr(b, truth);
     }
 }
 
