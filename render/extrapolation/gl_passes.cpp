@@ -279,6 +279,20 @@ GLuint GlPasses::find_motion() noexcept {
     return dense_[0];
 }
 
+// 0 where more than a part of what the squares count, in y, is also counted in z.
+void GlPasses::give_verdict(GLuint squares, int columns, int rows, float most) noexcept {
+    GlRunner& r = runner_;
+    r.use(Kernel::count);
+    r.bind(0, squares);
+    r.set_size(columns, rows);
+    r.pass(Kernel::count, counts_, 1, rows, over_all_if_any());
+    r.use(Kernel::verdict);
+    r.bind(0, counts_);
+    r.set_size(1, rows);
+    r.set_reach(most);
+    r.pass(Kernel::verdict, verdict_, 1, 1, over_all_if_any());
+}
+
 GLuint GlPasses::carry(GLuint motion, float step) noexcept {
     GlRunner& r = runner_;
     const int w = levels_[0].width, h = levels_[0].height;
@@ -293,15 +307,7 @@ GLuint GlPasses::carry(GLuint motion, float step) noexcept {
     r.set_size(level.width, level.height);
     r.set_rounds(judged);
     r.pass(Kernel::judge, blocks_, blocks_wide, blocks_high, over_all_if_any());
-    r.use(Kernel::count);
-    r.bind(0, blocks_);
-    r.set_size(blocks_wide, blocks_high);
-    r.pass(Kernel::count, counts_, 1, blocks_high, over_all_if_any());
-    r.use(Kernel::verdict);
-    r.bind(0, counts_);
-    r.set_size(1, blocks_high);
-    r.set_reach(kCutFraction);
-    r.pass(Kernel::verdict, verdict_, 1, 1, over_all_if_any());
+    give_verdict(blocks_, blocks_wide, blocks_high, kCutFraction);
     r.use(Kernel::carry);
     r.bind(0, motion);
     r.bind(1, blocks_);
@@ -365,15 +371,7 @@ GLuint GlPasses::find_sides(GLuint displacement) noexcept {
     r.bind(0, displacement);
     r.set_size(w, h);
     r.pass(Kernel::edges, spans_[0], squares_wide, squares_high, over(List::torn, 8 * cell_px_));
-    r.use(Kernel::count);
-    r.bind(0, spans_[0]);
-    r.set_size(squares_wide, squares_high);
-    r.pass(Kernel::count, counts_, 1, squares_high, over_all_if_any());
-    r.use(Kernel::verdict);
-    r.bind(0, counts_);
-    r.set_size(1, squares_high);
-    r.set_reach(kMostEdges);
-    r.pass(Kernel::verdict, verdict_, 1, 1, over_all_if_any());
+    give_verdict(spans_[0], squares_wide, squares_high, kMostEdges);
     r.use(Kernel::near_edges);
     r.bind(0, spans_[0]);
     r.bind(1, verdict_);

@@ -60,6 +60,7 @@ private:
     void search_level(std::size_t l, bool back) noexcept;
     [[nodiscard]] GLuint find_motion() noexcept;                        // per cell: motion, trust
     [[nodiscard]] GLuint carry(GLuint motion, float step) noexcept;     // per cell: where the output comes from
+    void give_verdict(GLuint squares, int columns, int rows, float most) noexcept;
     [[nodiscard]] GLuint find_sides(GLuint displacement) noexcept;      // per cell at an edge: which two displacements meet
     void find_rims(GLuint displacement, GLuint near, GLuint far, Format format, float step) noexcept;   // tiles of a window's rim, in kept_
 
