@@ -250,7 +250,7 @@ GLuint GlPasses::find_motion() noexcept {
     const Level& finest = levels_[0];
     for (const GLuint image : {dense_[0], dense_[1]}) r.clear(image, {0, 0, 0, 0});
     r.use(Kernel::rough);
-    r.bind(0, regions_.moving());
+    r.bind(0, regions_.map(List::moving));
     r.bind(2, finest.motion[0]);
     r.bind(3, checks ? levels_[back_to].back[0] : 0);
     r.set_size(finest.columns, finest.rows);
@@ -341,16 +341,19 @@ GLuint GlPasses::carry(GLuint motion, float step) noexcept {
         regions_.find(list);
     }
     for (const GLuint image : {displacement, dense_[0]}) r.clear(image, {0, 0, 0, -1});
-    r.use(Kernel::alike);
+    r.use(Kernel::hem);
+    r.bind(0, regions_.map(List::calm));
+    r.bind(1, regions_.map(List::torn));
+    r.set_size(regions_.columns(), regions_.rows());
+    regions_.find(List::hem);
     r.bind(0, carried);
-    r.set_size(w, h);
-    r.draw_several(std::array{displacement, dense_[0]}, w, h, over(List::calm, cell_px_));
     r.use(Kernel::slope);
-    r.bind(0, dense_[0]);
     r.set_size(w, h);
     r.pass(Kernel::slope, slopes_, (w + 3) / 4, (h + 3) / 4, over(List::calm, 4 * cell_px_), GL_RGBA32UI);
+    r.use(Kernel::alike);
+    r.set_size(w, h);
+    r.draw_several(std::array{displacement, dense_[0]}, w, h, over(List::hem, cell_px_));
     r.use(Kernel::displacement);
-    r.bind(0, carried);
     r.bind(1, background_);
     r.bind(2, spans_[1]);
     r.set_size(w, h);
@@ -366,7 +369,7 @@ GLuint GlPasses::find_sides(GLuint displacement) noexcept {
     GlRunner& r = runner_;
     const int w = levels_[0].width, h = levels_[0].height, squares_wide = (w + 7) / 8, squares_high = (h + 7) / 8;
     constexpr float kMostEdges = 1.0f / 16;   // of the cells
-    r.clear(spans_[0], {1, 64, 0, 0});
+    r.clear(spans_[0], {0, 64, 0, 0});
     r.use(Kernel::edges);
     r.bind(0, displacement);
     r.set_size(w, h);
@@ -386,14 +389,13 @@ GLuint GlPasses::find_sides(GLuint displacement) noexcept {
     return dense_[1];
 }
 
-// After kEdges, in spans_[0], and kWiden, in spans_[1].
+// After kEdges, in spans_[0].
 void GlPasses::find_rims(GLuint displacement, GLuint near, GLuint far, Format format, float step) noexcept {
     GlRunner& r = runner_;
     const int tiles_wide = (width_px_ + 15) / 16, tiles_high = (height_px_ + 15) / 16;
     r.use(Kernel::rims);
     r.bind(0, spans_[0]);
     r.bind(1, regions_.still());
-    r.bind(2, spans_[1]);
     r.set_size(tiles_wide, tiles_high);
     r.draw(rims_, 0, tiles_wide, tiles_high, over_all_if_any());
     r.use(Kernel::any);

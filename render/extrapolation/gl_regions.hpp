@@ -29,7 +29,9 @@ public:
     void find(List which) noexcept;
 
     [[nodiscard]] int tile_px() const noexcept { return tile_px_; }
-    [[nodiscard]] GLuint moving() const noexcept { return lister(List::moving).map; }   // per tile: red 1 where it is in that list
+    [[nodiscard]] GLuint map(List l) const noexcept { return lister(l).map; }   // per tile: red 1 where it is in that list
+    [[nodiscard]] int columns() const noexcept { return lister(List::moving).columns; }
+    [[nodiscard]] int rows() const noexcept { return lister(List::moving).rows; }
 
     [[nodiscard]] GLuint same() const noexcept { return same_; }     // of kCompare
     [[nodiscard]] GLuint still() const noexcept { return still_; }   // per 16x16 pixels: red 1 where both sources are the same, bit for bit

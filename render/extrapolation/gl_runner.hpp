@@ -16,10 +16,10 @@
 
 namespace fovea::render::extrapolation {
 
-// Tiles of which patches do not agree; those that anything may land in that moves alike, and that does not; those near edges of
-// motion; at the rim of what stands still; those where anything differs and those beside them.
-enum class List : std::uint8_t { rough, calm, torn, edges, rims, moving };
-inline constexpr int kLists = 6;
+// Tiles of which patches do not agree; those that anything may land in that moves alike, and that does not; the calm ones
+// beside torn ones; those near edges of motion; at the rim of what stands still; those where anything differs and those beside them.
+enum class List : std::uint8_t { rough, calm, torn, hem, edges, rims, moving };
+inline constexpr int kLists = 7;
 
 // Where in the args buffer, in units of 16 bytes.
 struct Args {

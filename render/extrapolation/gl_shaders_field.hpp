@@ -217,25 +217,21 @@ vec4 kernel(ivec2 at) {
     "    return min(dot(d, d), 6e4);\n"                                                                          \
     "}\n"
 
-// Where the output cell comes from, where all that may land moves alike. -1 in w, here and where nothing moves: how little it moves like
-// the background is for whoever asks. image0: of kCarry; size: of it.
-inline constexpr const char* kAlike = "//K alike\n" FOVEA_CARRIED R"(
-layout(location = 0) out vec4 landed;
-layout(location = 1) out vec4 filled;
-void main() {
-    ivec2 at = ivec2(gl_FragCoord.xy);
-    vec2 own = carried(at);
-    ivec2 p = at - ivec2(floor(own / float(kCell) + 0.5));
-    vec2 a = outside(p) ? own : carried(p);
-    p = at - ivec2(floor(a / float(kCell) + 0.5));
-    landed = filled = vec4(outside(p) ? -a : -carried(p), 0.0, -1.0);
-}
-)";
-
-// Squares of 4x4 cells of it: displacement in the middle, and its change per pixel to the right and down, in 65536ths. image0: of kAlike;
+// Where the output cell comes from, where all that may land moves alike.
+#define FOVEA_ALIKE                                                                                              \
+    FOVEA_CARRIED                                                                                                \
+    "vec2 landing(ivec2 at) {\n"                                                                                 \
+    "    vec2 a = carried(at);\n"                                                                                \
+    "    for (int k = 0; k < 2; ++k) {\n"                                                                        \
+    "        ivec2 p = at - ivec2(floor(a / float(kCell) + 0.5));\n"                                             \
+    "        if (!outside(p)) a = carried(p);\n"                                                                 \
+    "    }\n"                                                                                                    \
+    "    return -a;\n"                                                                                           \
+    "}\n"
+// Squares of 4x4 cells: the displacement in the middle, and its change per pixel to the right and down, in 65536ths. image0: of kCarry;
 // size: of it.
-inline constexpr const char* kSlope = R"(//K slope
-vec2 corner(ivec2 p) { return texelFetch(image0, min(p, size - 1), 0).xy; }
+inline constexpr const char* kSlope = "//K slope\n" FOVEA_ALIKE R"(
+vec2 corner(ivec2 p) { return landing(min(p, size - 1)); }
 uint word(vec2 slope) {
     ivec2 i = ivec2(floor(clamp(slope, vec2(-0.49), vec2(0.49)) * 65536.0 + 0.5));
     return uint(i.x) & 0xffffu | uint(i.y) << 16;
@@ -246,6 +242,15 @@ RESULT kernel(ivec2 at) {
     return uvec4(floatBitsToUint(0.25 * (a + b + c + d)), word(kPer * (b + d - a - c)), word(kPer * (c + d - a - b)));
 }
 )";
+
+// The same for each cell, beside where it does not. -1 in w, here and where nothing moves: how little it moves like the background is
+// for whoever asks.
+inline constexpr const char* kAlike = "//K alike\n" FOVEA_ALIKE R"(
+layout(location = 0) out vec4 landed;
+layout(location = 1) out vec4 filled;
+void main() { landed = filled = vec4(landing(ivec2(gl_FragCoord.xy)), 0.0, -1.0); }
+)";
+#undef FOVEA_ALIKE
 
 // The same where not: of the cells that land on it the one in front, that is the one that moves least like the
 // background (image1), and how little (w); z 1: a hole, none does. Nothing can be scattered here, so each motion found in the

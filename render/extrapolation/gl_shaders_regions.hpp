@@ -54,6 +54,15 @@ vec4 kernel(ivec2 at) {
 }
 )";
 
+// 1 for tiles of the one map, image0, beside one of the other, image1; size: of both.
+inline constexpr const char* kHem = R"(//K hem
+vec4 kernel(ivec2 at) {
+    float most = 0.0;
+    for (int k = 0; k < 9; ++k) most = max(most, texelFetch(image1, clamp(at + ivec2(k % 3, k / 3) - 1, ivec2(0), size - 1), 0).r);
+    return vec4(most * texelFetch(image0, at, 0).r);
+}
+)";
+
 // 1 where any of `cell` x `cell` texels of image0 is; size: of it.
 inline constexpr const char* kAny = R"(//K any
 vec4 kernel(ivec2 at) {

@@ -9,12 +9,12 @@ namespace fovea::render::extrapolation::shaders {
     "bool same(ivec2 p) { return (texelFetch(patches, p / 4, 0).r >> uint(4 * (p.y & 3) + (p.x & 3)) & 1u) != 0u; }\n"
 
 // Tiles of 16x16 pixels that may hold a rim: 1 where anything is displaced no further than two tiles from one that stands still with
-// all around it. image0: of kEdges, image1: 1 where a tile stands still, image2: of kWiden; size: of image1.
+// all around it. image0: of kEdges, image1: 1 where a tile stands still; size: of that.
 inline constexpr const char* kRims = R"(//K rims
 bool still(ivec2 p) { return texelFetch(image1, p, 0).r > 0.5; }
 vec4 kernel(ivec2 at) {
     ivec2 square = 2 * at / kCell;
-    bool moves = texelFetch(image0, square, 0).x > 0.5 && texelFetch(image2, square, 0).x > 0.0, found = false;
+    bool moves = texelFetch(image0, square, 0).x > 0.5, found = false;
     ivec2 first = max(at - 2, ivec2(0)), last = min(at + 2, size - 1);
     for (int y = first.y; moves && !found && y <= last.y; ++y)
         for (int x = first.x; !found && x <= last.x; ++x) {
