@@ -124,7 +124,8 @@ Decision any_of(std::initializer_list<std::pair<double, std::pair<double, const 
 std::span<const NeedEntry> need_entries() noexcept { return kNeeds; }
 std::span<const EffectEntry, kEffects> effect_entries() noexcept { return kEffectEntries; }
 
-bool extrapolation_called_for(const Needs& n, double frame_ms, double budget_ms) noexcept {
+bool extrapolation_called_for(const Needs& n, double frame_ms, double budget_ms, std::optional<bool> declared) noexcept {
+    if (declared) return *declared;
     const bool moves = (n.moving_share > 0 && n.object_px >= kMoves_px) || n.camera_px >= kMoves_px;
     return moves && frame_ms > 0 && budget_ms > 0 && frame_ms > budget_ms;
 }

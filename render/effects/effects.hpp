@@ -119,8 +119,8 @@ private:
 [[nodiscard]] Plan plan(const Needs& measured, const Situation& situation, const Declared& declared = {});
 
 // The rule behind Effect::extrapolation, for every frame: something moves, and the frame takes longer than its budget.
-// frame_ms <= 0 or budget_ms <= 0: not known, so not called for.
-[[nodiscard]] bool extrapolation_called_for(const Needs& needs, double frame_ms, double budget_ms) noexcept;
+// frame_ms <= 0 or budget_ms <= 0: not known, so not called for. `declared`: what the scene's author says wins.
+[[nodiscard]] bool extrapolation_called_for(const Needs& needs, double frame_ms, double budget_ms, std::optional<bool> declared = {}) noexcept;
 
 inline constexpr double kThin_px = 3;         // narrower than this at full resolution is less than a texel of level 2
 inline constexpr double kPays = 0.95;         // foveation must bring a frame below this part of its time in full

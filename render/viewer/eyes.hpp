@@ -58,6 +58,8 @@ public:
 
     [[nodiscard]] int width() const noexcept { return targets_[0].width_px; }
     [[nodiscard]] int height() const noexcept { return targets_[0].height_px; }
+    // What the scene's author says of an effect; nothing: the planner decides.
+    [[nodiscard]] std::optional<bool> declared(effects::Effect e) const noexcept { return declared_.effects[static_cast<std::size_t>(e)]; }
     [[nodiscard]] const gl::RenderTarget& target(std::size_t eye) const noexcept { return owned_[eye]; }
     // That drew the last frame.
     [[nodiscard]] const foveation::Method& method() const noexcept { return *drawn_; }

@@ -35,9 +35,9 @@ double camera_motion_px(const scene::Pose& from, const scene::Pose& to, const Fi
     return moved[moved.size() / 2];
 }
 
-bool InBetween::called_for(const effects::Needs& needs, Duration frame_cost, Duration budget) const noexcept {
+bool InBetween::called_for(const effects::Needs& needs, Duration frame_cost, Duration budget, std::optional<bool> declared) const noexcept {
     if (mode_ != Extrapolate::automatic) return mode_ == Extrapolate::on;
-    return effects::extrapolation_called_for(needs, 1e3 * to_seconds(frame_cost), 1e3 * to_seconds(budget));
+    return effects::extrapolation_called_for(needs, 1e3 * to_seconds(frame_cost), 1e3 * to_seconds(budget), declared);
 }
 
 std::string InBetween::backend() const {

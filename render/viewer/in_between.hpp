@@ -10,6 +10,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "render/effects/effects.hpp"
@@ -32,7 +33,8 @@ public:
 
     [[nodiscard]] bool enabled() const noexcept { return mode_ != Extrapolate::off; }
     // Whether the frame that has just been rendered is to be followed by an extrapolated one: forced, or by the planner's rule.
-    [[nodiscard]] bool called_for(const effects::Needs& needs, Duration frame_cost, Duration budget) const noexcept;
+    // `declared`: what the scene's author says of it, which wins over the rule, but not over the person at the command line.
+    [[nodiscard]] bool called_for(const effects::Needs& needs, Duration frame_cost, Duration budget, std::optional<bool> declared = {}) const noexcept;
     // Takes the eye's newest picture. True: target(eye) holds what follows it `factor` of a frame time later. False: it was the first of its size, or the
     // first after a gap. `region`: where the picture is sharp; effort is spent there. `motion`: where its points will be, if known.
     [[nodiscard]] Result<bool> follow(std::size_t eye, const gl::RenderTarget& newest, const foveation::Method::Region& region, float factor,

@@ -31,7 +31,7 @@ std::string to_text(const Summary& s, const Options& o) {
                       s.extrapolation_backend.c_str());
         out += text.data();
     } else if (o.extrapolate == Extrapolate::automatic) {
-        out += "extrapolated no frame: nothing moved, or no frame took longer than a refresh\n";
+        out += "extrapolated no frame: nothing moved, no frame took longer than a refresh, or the scene declares none\n";
     }
     if (s.extrapolated_psnr_db > 0) {
         std::snprintf(text.data(), text.size(), "the last of them: %.1f dB from the frame really rendered (repeating: %.1f dB): %s/frame_extrapolated.png\n",

@@ -220,7 +220,7 @@ private:
         const auto objects = eyes_.scene().motion();
         needs.object_px = object_motion_px(objects, eyes_.camera(frame.scene_s), Eyes::views()[0].fov, eyes_.width());
         needs.moving_share = needs.object_px > 0 ? 1 : 0;
-        if (!in_between_.called_for(needs, frame_cost_.median(), presenter_->refresh_period())) {
+        if (!in_between_.called_for(needs, frame_cost_.median(), presenter_->refresh_period(), eyes_.declared(effects::Effect::extrapolation))) {
             in_between_.forget();
             return {};
         }

@@ -1,6 +1,9 @@
 // fovead and fovea-view with frames between the rendered ones: what reaches the session, and what the latency report makes of it.
 #include <gmock/gmock.h>
 
+#include <algorithm>
+#include <fstream>
+
 #include <nlohmann/json.hpp>
 
 #include "replay/session_file.hpp"
@@ -105,8 +108,10 @@ TEST(Extrapolated, FramesComeOnlyWhereThePictureMovesAndMissesItsBudget) {
     DaemonProcess daemon(folder);
     ASSERT_TRUE(daemon.ready()) << daemon.log();
     double frame_ms = 0;   // of the last run: what the budget was held against, whatever the machine
-    const auto extrapolated = [&](const std::vector<std::string>& more, const char* size = "160") {
-        const auto view = run_program(viewer(daemon, more, size));
+    const auto extrapolated = [&](const std::vector<std::string>& more, const char* size = "160", const std::string& scene = "fragbox") {
+        auto arguments = viewer(daemon, more, size);
+        std::ranges::replace(arguments, "fragbox", scene);
+        const auto view = run_program(arguments);
         EXPECT_EQ(view.code, 0) << view.error;
         const auto summary = nlohmann::json::parse(view.out, nullptr, false);
         frame_ms = summary.value("frame_ms", 0.0);
@@ -116,7 +121,7 @@ TEST(Extrapolated, FramesComeOnlyWhereThePictureMovesAndMissesItsBudget) {
     std::erase(command, "--json");
     const auto first = run_program(command);
     if (first.code == 1 && first.error.find("libegl") != std::string::npos) GTEST_SKIP() << "no OpenGL ES driver: " << first.error;
-    EXPECT_THAT(first.out, testing::HasSubstr("extrapolated no frame: nothing moved, or no frame took longer than a refresh"));
+    EXPECT_THAT(first.out, testing::HasSubstr("extrapolated no frame: nothing moved, no frame took longer than a refresh, or the scene declares none"));
     // 1000 Hz: no frame of a software rasteriser is that quick. The camera turns; at 100 times its speed also visibly.
     const int missed = extrapolated({"--method", "full", "--frames", "6", "--extrapolate", "auto", "--speed", "100", "--refresh-hz", "1000", "--scanout-ms", "1"}, "512");
     constexpr double kClearly = 2;
@@ -126,6 +131,9 @@ TEST(Extrapolated, FramesComeOnlyWhereThePictureMovesAndMissesItsBudget) {
         GTEST_LOG_(INFO) << "frames of " << frame_ms << " ms: too quick to miss a budget";
     }
     EXPECT_EQ(extrapolated({"--frames", "6", "--extrapolate", "auto", "--speed", "0", "--refresh-hz", "1000", "--scanout-ms", "1"}), 0) << "nothing moves";
+    const std::string declared = folder / "declared.toml";
+    std::ofstream(declared) << "scene = \"fragbox\"\n[effects]\nextrapolation = true\n";
+    EXPECT_EQ(extrapolated({"--frames", "4", "--extrapolate", "auto", "--speed", "0", "--refresh-hz", "1000", "--scanout-ms", "1"}, "160", declared), 3) << "its author wants it: all but the first";
     const int within = extrapolated({"--frames", "2", "--extrapolate", "auto", "--speed", "100", "--refresh-hz", "1"});
     if (frame_ms < 1000 / kClearly) {
         EXPECT_EQ(within, 0) << "a second is budget enough for frames of " << frame_ms << " ms";

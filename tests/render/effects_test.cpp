@@ -137,6 +137,25 @@ TEST(EffectsPlanner, ExtrapolationWantsMotionAndAMissedBudget) {
     EXPECT_TRUE(effects::extrapolation_called_for(n, 20, 11));
     const double nan = std::numeric_limits<double>::quiet_NaN();
     EXPECT_FALSE(effects::extrapolation_called_for(n, nan, 11));
+    EXPECT_FALSE(effects::extrapolation_called_for(n, 11, 11)) << "in time is in time";
+    n.object_px = effects::kMoves_px;
+    EXPECT_TRUE(effects::extrapolation_called_for(n, 20, 11)) << "the least that is seen to repeat";
+    EXPECT_FALSE(effects::extrapolation_called_for(n, 20, 11, false)) << "its author does not want it";
+    EXPECT_TRUE(effects::extrapolation_called_for({}, 5, 11, true)) << "its author wants it";
+}
+
+TEST(EffectsPlanner, ExtrapolationIsPlannedForTheFrameThatIsDrawn) {
+    const auto planned = [](const char* method, double budget_ms, const effects::Needs& n) { return effects::plan(n, {.method = method, .budget_ms = budget_ms}).decision(Effect::extrapolation); };
+    const effects::Needs n = everything();   // 100 ms in full, 25 ms foveated
+    EXPECT_TRUE(planned("full", 30, n).on);
+    EXPECT_FALSE(planned("scaled_bins", 30, n).on) << "foveated it is in time";
+    EXPECT_TRUE(planned("scaled_bins", 20, n).on);
+    EXPECT_NE(planned("scaled_bins", 20, n).reason.find("25.0 ms of a budget of 20.0 ms"), std::string::npos) << planned("scaled_bins", 20, n).reason;
+    EXPECT_FALSE(planned("scaled_bins", 0, n).on);
+    EXPECT_EQ(planned("scaled_bins", 0, n).reason, "no frame budget is set");
+    effects::Needs still = n;
+    still.camera_px = still.object_px = 0;
+    EXPECT_FALSE(planned("full", 30, still).on) << "nothing moves";
 }
 
 }  // namespace
