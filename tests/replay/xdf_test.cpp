@@ -290,7 +290,7 @@ TEST(Xdf, RefusesADamagedHeaderOrStampWithThePlace) {
 TEST(Xdf, RefusesSamplesThatAreFewerThanTheyClaim) {
     std::string claims = "\10";   // a count of 2^62, in eight bytes
     XdfWriter::put(claims, std::uint64_t{1} << 62);
-    for (const std::string& samples : {"\1\2" + sample<float>(1, {0, 0, -1}), claims + sample<float>(1, {0, 0, -1}), std::string("\1\1\3") + std::string(20, 'x'), std::string("\2\1")}) {
+    for (const std::string& samples : {"\1\2" + sample<float>(1, {0, 0, -1}), claims + sample<float>(1, {0, 0, -1}), "\1\1" + sample<float>(1, {0, 0}), std::string("\1\1\3") + std::string(20, 'x'), std::string("\2\1")}) {
         XdfWriter behind;   // what stands there is another chunk's
         behind.chunk(5, std::string(64, '\0'));
         const auto r = read_xdf({"a.xdf", one_stream("float32", 60, directions("both"), samples) + behind.out.substr(4)});
