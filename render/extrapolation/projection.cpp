@@ -8,7 +8,8 @@ namespace fovea::render::extrapolation {
 namespace {
 
 constexpr float kNothing = -std::numeric_limits<float>::infinity();
-constexpr float kLowestFront = -std::numeric_limits<float>::max();
+constexpr int kWays[4][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
+constexpr int kSearch = 48;   // cells: further away than this nothing is known about what lies behind
 
 // Round half up; exact for the sizes at hand and far cheaper than lround.
 int round_int(float v) noexcept {
@@ -22,6 +23,8 @@ int round_int(float v) noexcept {
 void Projection::resize(int width, int height) {
     out_.resize(width, height);
     touched_ = {};
+    up_.assign(static_cast<std::size_t>(width), 0);
+    down_ = up_;
     front_.assign(out_.u.size(), kNothing);
 }
 
@@ -268,8 +271,43 @@ void Projection::fill_from_far(const Hole& hole, const float* depth, int cell_px
     sources_[at] = kSecondOnly;
 }
 
+// The first cell in each way that something landed on; how many ways have one. The hole `beside` it on the left and the one above
+// (`below` that: this) have looked already, and all but one step of it is known from there; `left` and `right` are what that on the left found.
+int Projection::look_around(Hole& hole, bool beside, bool below, int& left, int& right) noexcept {
+    const int w = out_.width;
+    const Box& box = touched_;
+    const auto landed = [&](int way, int d) {
+        const int x = hole.x + kWays[way][0] * d, y = hole.y + kWays[way][1] * d;
+        return x >= box.x0 && x < box.x1 && y >= box.y0 && y < box.y1 && front_[static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x)] != kNothing;
+    };
+    const auto search = [&](int way) {
+        for (int d = 1; d <= kSearch; ++d)
+            if (landed(way, d)) return d;
+        return 0;
+    };
+    const auto further = [](int d) { return d != 0 && d < kSearch ? d + 1 : 0; };
+    const auto nearer = [&](int d, int way) { return d != 0 ? d - 1 : landed(way, kSearch) ? kSearch : 0; };
+    std::uint8_t &up = up_[static_cast<std::size_t>(hole.x)], &down = down_[static_cast<std::size_t>(hole.x)];
+    left = beside ? further(left) : landed(0, 1) ? 1 : 0;
+    right = beside ? nearer(right, 1) : search(1);
+    up = static_cast<std::uint8_t>(below ? further(up) : landed(2, 1) ? 1 : 0);
+    down = static_cast<std::uint8_t>(below ? nearer(down, 3) : search(3));
+    const int found[4] = {left, right, up, down};
+    int nearest = 0, ways = 0, reach = kSearch;
+    for (int way = 0; way < 4; ++way) {
+        // What lies much further off above or below than beside does not decide.
+        if (way == 2 && nearest != 0) reach = std::min(kSearch, 2 * nearest + 6);
+        const int d = found[way];
+        if (d == 0 || d > reach) continue;
+        hole.distance[way] = d;
+        hole.found[way] = static_cast<std::size_t>(hole.y + kWays[way][1] * d) * static_cast<std::size_t>(w) + static_cast<std::size_t>(hole.x + kWays[way][0] * d);
+        ++ways;
+        if (nearest == 0 || d < nearest) nearest = d;
+    }
+    return ways;
+}
+
 void Projection::fill_holes(int cell_px, const Carry* carry) noexcept {
-    constexpr int kSearch = 48;   // cells: further away than this nothing is known about what lies behind
     constexpr float kBehind = 0.25f;   // of the way from the farthest front to the nearest
     const int w = out_.width, h = out_.height;
     const auto at = [w](int x, int y) { return static_cast<std::size_t>(y) * static_cast<std::size_t>(w) + static_cast<std::size_t>(x); };
@@ -277,7 +315,7 @@ void Projection::fill_holes(int cell_px, const Carry* carry) noexcept {
     const Box& box = touched_;
     constexpr int kAtOnce = 32;   // cells: most runs of them have no hole
     for (int y = box.y0; y < box.y1; ++y)
-        for (int x = box.x0, known_to = x; x < box.x1; ++x) {
+        for (int x = box.x0, known_to = x, left = 0, right = 0; x < box.x1; ++x) {
             if (x >= known_to) {
                 known_to = std::min(x + kAtOnce, box.x1);
                 const float* row = front_.data() + at(x, y);
@@ -297,25 +335,11 @@ void Projection::fill_holes(int cell_px, const Carry* carry) noexcept {
                 sources_[at(x, y)] = kFirstOnly;
                 far_.u[at(x, y)] = far_.v[at(x, y)] = 0;   // the cells beside it mix it in
             }
-            constexpr int kWays[4][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
             Hole hole{x, y, {}, {}, -1, false};
             auto& found = hole.found;
             auto& distance = hole.distance;
-            int nearest = 0, ways = 0, reach = kSearch;
-            for (int way = 0; way < 4; ++way) {
-                // What lies much further off above or below than beside does not decide.
-                if (way == 2 && nearest != 0) reach = std::min(kSearch, 2 * nearest + 6);
-                for (int d = 1; d <= reach; ++d) {
-                    const int px = x + kWays[way][0] * d, py = y + kWays[way][1] * d;
-                    if (px < box.x0 || px >= box.x1 || py < box.y0 || py >= box.y1) break;
-                    if (front_[at(px, py)] == kNothing) continue;
-                    found[way] = at(px, py);
-                    distance[way] = d;
-                    ++ways;
-                    if (nearest == 0 || d < nearest) nearest = d;
-                    break;
-                }
-            }
+            const bool beside = x > box.x0 && front_[at(x - 1, y)] == kNothing, below = y > box.y0 && front_[at(x, y - 1)] == kNothing;
+            const int ways = look_around(hole, beside, below, left, right);
             if (ways == 0) continue;
             // A surface that grows tears open by a cell or two: what stands on both sides goes on there, whatever lies further off.
             bool torn = false, uncovered = false;

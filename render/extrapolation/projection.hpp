@@ -66,12 +66,14 @@ private:
     };
     void fill_holes(int cell_px, const Carry* carry) noexcept;   // null: no known motion with depth
     struct Hole;
+    int look_around(Hole& hole, bool beside, bool below, int& left, int& right) noexcept;
     [[nodiscard]] bool continues(const Carry& carry, int x, int y, std::size_t found) const noexcept;
     void fill_from_far(const Hole& hole, const float* depth, int cell_px) noexcept;
 
     Field out_, far_;
     Background background_;   // of the last run()
     Box touched_;
+    std::vector<std::uint8_t> up_, down_;   // per column: what the hole above it has found
     std::vector<std::uint8_t> sources_;
     BorderLines border_;         // of the nearer source, for run_known
     std::vector<float> carry_;   // scratch of run_known
