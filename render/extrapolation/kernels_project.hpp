@@ -146,7 +146,11 @@ FOVEA_INLINE void hide(const CarryJob& job, int x, int y, int at, int row, const
         const float t = static_cast<float>(k) / static_cast<float>(steps), px = static_cast<float>(x) - t * u, py = static_cast<float>(y) - t * v;
         // Where the front is now that hid this then, if it is that large.
         const int fx = clamp(floor_int(px + u + 0.5f), 0, job.width - 1), fy = clamp(floor_int(py + v + 0.5f), 0, job.height - 1);
-        if (!(-job.depth[static_cast<std::ptrdiff_t>(fy) * job.width + fx] > between) && k > 0) continue;
+        // What was a pixel beside it held some of it.
+        const int rim_x = clamp(fx + at - x, 0, job.width - 1), rim_y = clamp(fy + row - y, 0, job.height - 1);
+        if (k > 0 && !(-job.depth[static_cast<std::ptrdiff_t>(fy) * job.width + fx] > between) &&
+            !(-job.depth[static_cast<std::ptrdiff_t>(rim_y) * job.width + rim_x] > between))
+            continue;
         const int to_x = floor_int(px + a + 0.5f), to_y = floor_int(py + c + 0.5f);
         if (to_x >= 0 && to_x < job.width && to_y >= 0 && to_y < job.height) job.sources[static_cast<std::ptrdiff_t>(to_y) * job.width + to_x] = static_cast<std::uint8_t>(kFirstOnly);
     }
