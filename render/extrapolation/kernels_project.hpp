@@ -169,6 +169,15 @@ FOVEA_INLINE void lend(Carried& k, int lane, int x, int y, const CarryRow (&rows
             }
     if (from == 1 && at == x) return;
     if (job.sources != nullptr) hide(job, x, y, at, y + from - 1, rows[1], rows[from]);
+    // Across the corner only where there is nothing of it straight beside.
+    if (from != 1 && at != x) {
+        const float between = 0.5f * (rows[1].front[x] + best);
+        if (rows[from].front[x] > between)
+            at = x;
+        else if (rows[1].front[at] > between)
+            from = 1;
+        best = rows[from].front[at];
+    }
     if (job.pixels != nullptr) {
         // Lent to what moves about as the front does, where it costs nothing; to what the front covers a part of, there or by where
         // its own cell lands; and to what would itself be read too near to where the front was.

@@ -104,6 +104,23 @@ TEST(KnownMotion, AnEdgeKeepsItsAntialiasing) {
     EXPECT_GT(psnr(out, truth), 36);
 }
 
+TEST(KnownMotion, AnEdgeThatLandsBetweenPixelsCoversAPartOfBothWhicheverWayItsDepthSlopes) {
+    const Picture a = bar_at(96, 32, 30.2f, 40.2f), b = bar_at(96, 32, 35, 45), truth = bar_at(96, 32, 37.4f, 47.4f);
+    for (const float slope : {0.0f, 0.01f, -0.01f}) {
+        Known known = bar_motion(96, 32, 35, 45, 4.8f);
+        for (int y = 0; y < 32; ++y)   // the nearest neighbour of what lies beside the bar is across a corner
+            for (int x = 35; x < 45; ++x) known.set(x, y, 4.8f, 0, 2 + slope * static_cast<float>(y));
+        const KnownMotion motion = known.view();
+        Picture out(96, 32, Format::rgba8);
+        auto e = engine();
+        ASSERT_EQ(run(e, a, b, out, 0.5f, {.motion = &motion}), Outcome::ok);
+        int most = 0;
+        for (int y = 4; y < 28; ++y)
+            for (int x = 46; x < 50; ++x) most = std::max(most, std::abs(level(out, x, y, 0) - level(truth, x, y, 0)));
+        EXPECT_LT(most, 16) << "levels of 180, slope " << slope;
+    }
+}
+
 // A box of one colour before stripes across: whole pixels, nothing blended.
 Picture box_before_stripes(int left, int top, int right, int bottom) {
     Picture p(128, 96, Format::rgba8);
