@@ -17,6 +17,7 @@ fovea_test(fovea_extrapolation_gl_test SOURCES
   extrapolation_gl_random_pictures_test.cpp
   extrapolation_gl_random_state_test.cpp
   extrapolation_gl_state_test.cpp
+  extrapolation_gl_steps_test.cpp
   extrapolation_gl_test.cpp
   extrapolation_gl_window_test.cpp
   extrapolation_gl_work_test.cpp
