@@ -89,6 +89,7 @@ Box MotionSearch::run_coarse(const Fovea& fovea, const Tuning& tuning, const Til
         for (int x = rim.x0; x < rim.x1; ++x) most_ = std::max(most_, std::max(std::fabs(coarse.u[at(x, y, coarse.width)]), std::fabs(coarse.v[at(x, y, coarse.width)])));
     // A patch of the fovea reaches a stride beyond it, starts from as far away as level 1 has found anything, and may run its own size
     // further. What would go on is compared at the rim, and refused there.
+    filled_ = {};
     if (box.x1 == 0) return {};
     const int per_tile = kTilePx / cell_px_;
     const Box seen = box.grown(static_cast<int>(std::min(2 * most_, static_cast<float>(std::max(finest.width, finest.height)))) + 3 * kPatchPx, finest.width, finest.height);

@@ -1,6 +1,7 @@
 #include "render/extrapolation/projection.hpp"
 
 #include <cmath>
+#include <cstring>
 #include <limits>
 
 namespace fovea::render::extrapolation {
@@ -16,6 +17,18 @@ int round_int(float v) noexcept {
     const float shifted = v + 0.5f;
     const int i = static_cast<int>(shifted);
     return i - (static_cast<float>(i) > shifted ? 1 : 0);
+}
+
+template <int kCount>
+bool all_zero(const float* u, const float* v) noexcept {
+    std::uint64_t bits = 0;
+    for (int k = 0; k < kCount; k += 2) {
+        std::uint64_t a, b;
+        std::memcpy(&a, u + k, sizeof a);
+        std::memcpy(&b, v + k, sizeof b);
+        bits |= a | b;
+    }
+    return (bits & 0x7fffffff7fffffffu) == 0;   // of either sign
 }
 
 }  // namespace
@@ -115,6 +128,30 @@ void Projection::run_part(const Motion& motion, int cell_px, float reach_px, con
     scatter(motion, cell_px, reach_px, from, background_);
 }
 
+// As below, of cells side by side that do not move.
+template <int kLanes>
+void Projection::stay(int x0, int y, const Background& b) noexcept {
+    typedef float V4 __attribute__((vector_size(16)));
+    const std::size_t to = static_cast<std::size_t>(y) * static_cast<std::size_t>(out_.width) + static_cast<std::size_t>(x0);
+    const float py = static_cast<float>(y);
+    for (std::size_t k = 0; k < kLanes; k += 4) {
+        float *there = front_.data() + to + k, *u = out_.u.data() + to + k, *v = out_.v.data() + to + k;
+        const V4 px = V4{0, 1, 2, 3} + static_cast<float>(x0 + static_cast<int>(k));
+        const V4 du = b.u[0] + b.u[1] * px + b.u[2] * py, dv = b.v[0] + b.v[1] * px + b.v[2] * py, front = du * du + dv * dv;
+        V4 was, was_u, was_v;
+        std::memcpy(&was, there, sizeof was);
+        std::memcpy(&was_u, u, sizeof was);
+        std::memcpy(&was_v, v, sizeof was);
+        const auto wins = front > was;
+        was = wins ? front : was;
+        was_u = wins ? V4{} : was_u;
+        was_v = wins ? V4{} : was_v;
+        std::memcpy(there, &was, sizeof was);
+        std::memcpy(u, &was_u, sizeof was);
+        std::memcpy(v, &was_v, sizeof was);
+    }
+}
+
 // Every cell of `from` to where it lands inside of what is touched.
 void Projection::scatter(const Motion& motion, int cell_px, float reach_px, const Box& from_box, const Background& b) noexcept {
     const int w = out_.width;
@@ -128,6 +165,10 @@ void Projection::scatter(const Motion& motion, int cell_px, float reach_px, cons
         const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(w);
         for (int x0 = from_box.x0; x0 < from_box.x1; x0 += kLanes) {
             const int count = std::min(kLanes, from_box.x1 - x0);
+            if (motion.pitch == 1 && count == kLanes && x0 >= box.x0 && x0 + kLanes <= box.x1 && y >= box.y0 && y < box.y1 && all_zero<kLanes>(motion.u + row + x0, motion.v + row + x0)) {
+                stay<kLanes>(x0, y, b);   // most of what is partly static
+                continue;
+            }
             float a[kLanes] = {}, c[kLanes] = {}, front[kLanes];
             int right[kLanes], down[kLanes];
             for (int k = 0; k < count; ++k) {

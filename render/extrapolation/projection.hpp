@@ -56,6 +56,8 @@ private:
     struct Background {
         float u[3] = {}, v[3] = {};
     };
+    template <int kLanes>
+    void stay(int x0, int y, const Background& b) noexcept;
     void scatter(const Motion& motion, int cell_px, float reach_px, const Box& from, const Background& b) noexcept;
     [[nodiscard]] Background fit_background(const Motion& motion, float reach_px) const noexcept;
     struct Carry {
