@@ -227,7 +227,7 @@ void StandingRims::vote(const Job& job, int column, int row) noexcept {
     };
     // All pixels of a cell have the same, but for those so near to the picture's edge that the way back ends there.
     const bool same_in_cell = column > 0 && row > 0 && (column + 2) * kTilePx <= w && (row + 2) * kTilePx <= h;
-    Mover known[4][kTilePx];
+    Mover known[4][kTilePx];   // of a row of cells
     // Pixel (x, y) stands still, and the one before it, on the way (dx, dy), does not.
     const auto ask = [&](int x, int y, int way, int dx, int dy) {
         Mover& m = known[way][(x - column * kTilePx) >> shift];
@@ -244,7 +244,9 @@ void StandingRims::vote(const Job& job, int column, int row) noexcept {
         votes.pixels += 1;
     };
     for (int j = 1; j <= kTilePx; ++j) {
-        if ((j - 1) % q == 0) std::fill_n(&known[0][0], 4 * kTilePx, Mover{});
+        if ((j - 1) % q == 0)
+            for (auto& way : known)
+                for (int i = 0; i < kTilePx >> shift; ++i) way[i].asked = false;
         const std::uint32_t here = mask.same[j] & Mask::kOwn;
         const struct {
             int dx, dy;
