@@ -72,7 +72,7 @@ void GlPasses::release_images() noexcept {
         for (GLuint& t : l.back) drop(t);
     }
     levels_.clear();
-    for (GLuint* t : {&key_columns_, &key_, &tiles_, &blocks_, &counts_, &verdict_, &background_, &rims_, &votes_, &kept_, &slopes_}) drop(*t);
+    for (GLuint* t : {&key_columns_, &key_, &tiles_, &blocks_[0], &blocks_[1], &counts_, &verdict_, &background_, &rims_, &votes_, &kept_, &slopes_}) drop(*t);
     for (GLuint& t : spans_) drop(t);
     for (GLuint& t : dense_) drop(t);
     regions_.release();
@@ -112,7 +112,7 @@ bool GlPasses::prepare(int width_px, int height_px) noexcept {
     key_columns_ = runner_.make_image(64, 1);
     key_ = runner_.make_image(1, 1);
     tiles_ = make_padded((width_px + 15) / 16, (height_px + 15) / 16);
-    blocks_ = runner_.make_image((finest.width + 7) / 8, (finest.height + 7) / 8);
+    for (GLuint& t : blocks_) t = runner_.make_image((finest.width + 7) / 8, (finest.height + 7) / 8);
     counts_ = runner_.make_image(1, (finest.height + 7) / 8);
     verdict_ = runner_.make_image(1, 1);
     background_ = runner_.make_image(2, 1);
@@ -306,11 +306,22 @@ GLuint GlPasses::carry(GLuint motion, float step) noexcept {
     r.bind(3, tiles_);
     r.set_size(level.width, level.height);
     r.set_rounds(judged);
-    r.pass(Kernel::judge, blocks_, blocks_wide, blocks_high, over_all_if_any());
-    give_verdict(blocks_, blocks_wide, blocks_high, kCutFraction);
+    r.pass(Kernel::judge, blocks_[0], blocks_wide, blocks_high, over_all_if_any());
+    if (judged > 0) {
+        r.use(Kernel::judge_finest);
+        r.bind(1, levels_[0].near);
+        r.bind(2, levels_[0].far);
+        r.bind(3, blocks_[0]);
+        r.set_size(w, h);
+        r.set_rounds(judged);
+        r.pass(Kernel::judge_finest, blocks_[1], blocks_wide, blocks_high, over_all_if_any());
+    }
+    const GLuint blocks = blocks_[judged];
+    give_verdict(blocks, blocks_wide, blocks_high, kCutFraction);
     r.use(Kernel::carry);
     r.bind(0, motion);
-    r.bind(1, blocks_);
+    r.bind(0, motion);
+    r.bind(1, blocks);
     r.bind(2, verdict_);
     r.bind(3, tiles_);
     r.set_rounds(judged);

@@ -73,7 +73,7 @@ private:
     GlRunner runner_;
     GlRegions regions_;
     bool compute_ = false;
-    GLuint key_columns_ = 0, key_ = 0, tiles_ = 0, blocks_ = 0, counts_ = 0, verdict_ = 0, background_ = 0, rims_ = 0, votes_ = 0, kept_ = 0, slopes_ = 0, spans_[2] = {}, dense_[3] = {};   // dense: per cell
+    GLuint key_columns_ = 0, key_ = 0, tiles_ = 0, blocks_[2] = {}, counts_ = 0, verdict_ = 0, background_ = 0, rims_ = 0, votes_ = 0, kept_ = 0, slopes_ = 0, spans_[2] = {}, dense_[3] = {};   // dense: per cell
     std::vector<Level> levels_;
     int width_px_ = 0, height_px_ = 0;
     bool float_outputs_ = false;

@@ -17,8 +17,8 @@ struct GlProgram {
 };
 
 // In the order of their run; kCopy reads a texture that cannot be attached.
-enum class Kernel : std::uint8_t { compare, still, moving, reached, blocks, runs, rectangles, row_count, prefix, list, args, key_columns, key, luma_bytes, luma_floats, tiles, halve, search, balance_first, balance, rough, glide, spread, smooth, judge, count, verdict, carry, background, span, widen, hem, slope, alike, displacement, fill, edges, rims, any, vote, keep, near_edges, sides, stand, copy };
-inline constexpr int kKernels = 45;
+enum class Kernel : std::uint8_t { compare, still, moving, reached, blocks, runs, rectangles, row_count, prefix, list, args, key_columns, key, luma_bytes, luma_floats, tiles, halve, search, balance_first, balance, rough, glide, spread, smooth, judge, judge_finest, count, verdict, carry, background, span, widen, hem, slope, alike, displacement, fill, edges, rims, any, vote, keep, near_edges, sides, stand, copy };
+inline constexpr int kKernels = 46;
 
 // Of tiles where all moves alike, of others, and of pixels at edges of motion, one by one.
 enum class Gathered : std::uint8_t { calm, torn, judged };

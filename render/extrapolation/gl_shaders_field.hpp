@@ -114,6 +114,30 @@ vec4 kernel(ivec2 at) {
 }
 )";
 
+// What is refused there is asked again at the finest cells, `rounds` levels finer: stripes of a few pixels are mixed where cells are
+// larger. image0: motion of them, image1 and image2: their lumas, image3: of kJudge; size: of the finest.
+inline constexpr const char* kJudgeFinest = R"(//K judge finest
+vec4 kernel(ivec2 at) {
+    vec4 before = texelFetch(image3, at, 0);
+    float n = 0.0;
+    vec3 sums = vec3(0.0), squares = vec3(0.0);
+    for (int k = 0; before.x < 0.5 && k < 64; ++k) {
+        ivec2 p = (8 * at + ivec2(k & 7, k >> 3)) << rounds;
+        vec2 t = vec2(p) + texelFetch(image0, min(p, size - 1), 0).xy;
+        if (any(greaterThanEqual(p, size)) || any(lessThan(t, vec2(-0.5))) || any(greaterThan(t, vec2(size) - 0.5))) continue;
+        float value = texelFetch(image1, p, 0).r;
+        vec3 v = vec3(value, texelFetch(image2, p, 0).r - value, between(image2, t + 0.5) - value);
+        n += 1.0;
+        sums += v;
+        squares += v * v;
+    }
+    if (n < 0.5) return before;
+    vec3 variance = squares / n - (sums / n) * (sums / n);
+    bool worse = variance.z > 4.0 * variance.y + 0.5 || (variance.x > 4.0 && variance.z > 0.9 * variance.x && variance.z > 0.25 * variance.y);
+    return vec4(worse ? 0.0 : 1.0, before.yzw);
+}
+)";
+
 // Sums of the rows of image0, of kJudge, over the number of columns.
 inline constexpr const char* kCount = R"(//K count
 vec4 kernel(ivec2 at) {
