@@ -6,6 +6,7 @@
 
 #include "render/extrapolation/edges.hpp"
 #include "render/extrapolation/gather.hpp"
+#include "render/extrapolation/judgement.hpp"
 #include "render/extrapolation/luma.hpp"
 #include "render/extrapolation/motion.hpp"
 #include "render/extrapolation/projection.hpp"
@@ -35,6 +36,7 @@ struct Extrapolator::State {
     bool known_with_depth = false;
     Gather gather;
     ChangingLight light;
+    Judgement judgement;
     StandingRims rims;
 };
 
@@ -138,6 +140,7 @@ bool Extrapolator::prepare(int width_px, int height_px, Format format) noexcept 
         s.far_source.resize(width_px, height_px, format);
         s.edges.resize(s.motion.field().width, s.motion.field().height, width_px, format, s.settings.threads);
         s.gather.resize(width_px, format, s.settings.threads);
+        s.judgement.resize(width_px, height_px, format, s.settings.threads);
         s.rims.resize(s.tiles.columns, s.tiles.rows);
     } catch (const std::bad_alloc&) {
         return false;
@@ -281,16 +284,22 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
     }
     s.gather.run(job, *s.kernels, s.pool);
     if (job.light != nullptr && s.light.find(step)) s.light.apply(output, s.pool);
+    const Judgement::Job judged{&near, &s.source, &s.far_source, &output, &s.tiles, job.all, job.fovea, job.fovea_tiles, step};
+    bool doubted = false;
+    if (known_cell == 0) {
+        make_gatherable(far, s.far_source, s.pool);
+        doubted = s.judgement.weigh(judged, *s.kernels, s.pool);
+    }
     // With depth the projection knows the edges already.
     MotionEdges& edges = known_cell == 0 ? s.edges : s.known_edges;
     if (fine && !with_depth && edges.find(projection->displacement(), foveated ? fovea.box : projection->touched(), gaze, cell_px)) {
-        make_gatherable(far, s.far_source, s.pool);
+        if (known_cell != 0) make_gatherable(far, s.far_source, s.pool);
         edges.run({&near, &s.source, &s.far_source, &output, &projection->displacement(), projection->front(), cell_px, step, gaze, s.tuning.cubic}, *s.kernels, s.pool);
     }
     if (known_cell != 0) return Outcome::ok;
+    if (doubted) s.judgement.keep(judged, s.pool);
     StandingRims::Job rims{&near, &far, &s.source, &s.far_source, &output, &s.tiles, job.all, job.fovea, job.fovea_tiles, step};
     if (s.rims.find(rims)) {
-        make_gatherable(far, s.far_source, s.pool);
         s.rims.run(rims);
     }
     return Outcome::ok;

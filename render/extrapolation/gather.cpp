@@ -41,11 +41,11 @@ bool Gather::how_row(const Job& job, int y, int x0, int x1, Scratch& s) noexcept
     return q == 1 ? judge([&](int x) { return cells[x]; }) : judge([&](int x) { return cells[x / q]; });
 }
 
-void Gather::displacement_row(const Field& f, int q, int y, int x0, int x1, const Kernels& kernels, Scratch& s) noexcept {
+void Gather::displacement_row(const Field& f, int q, int y, int x0, int x1, const Kernels& kernels, std::int32_t* dx, std::int32_t* dy, float* row_u, float* row_v) noexcept {
     if (q == 1) {
         const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(y) * f.width + x0;
-        kernels.fix(f.u.data() + row, s.dx.data() + kExpandPad + x0, x1 - x0);
-        kernels.fix(f.v.data() + row, s.dy.data() + kExpandPad + x0, x1 - x0);
+        kernels.fix(f.u.data() + row, dx + x0, x1 - x0);
+        kernels.fix(f.v.data() + row, dy + x0, x1 - x0);
         return;
     }
     // Twice the position in cells, from the centre of cell 0: (2y + 1 - q) / q halves.
@@ -53,15 +53,13 @@ void Gather::displacement_row(const Field& f, int q, int y, int x0, int x1, cons
     const float fy = twice < 0 ? 0.0f : static_cast<float>(twice - 2 * q * j0) / static_cast<float>(2 * q);
     const int c0 = std::max(x0 / q - 1, 0), c1 = std::min((x1 - 1) / q + 2, f.width);
     const std::ptrdiff_t a = static_cast<std::ptrdiff_t>(j0) * f.width, b = static_cast<std::ptrdiff_t>(j1) * f.width;
-    kernels.expand({f.u.data() + a, f.v.data() + a, f.u.data() + b, f.v.data() + b, fy, q, c0, c1, x0, x1,
-                    s.row_u.data() + kExpandPad, s.row_v.data() + kExpandPad, s.dx.data() + kExpandPad, s.dy.data() + kExpandPad});
+    kernels.expand({f.u.data() + a, f.v.data() + a, f.u.data() + b, f.v.data() + b, fy, q, c0, c1, x0, x1, row_u, row_v, dx, dy});
 }
 
-// A still tile that nothing moves into.
-bool Gather::stays(const Job& job, const Layer& layer, int column, int row) noexcept {
-    if (!job.tiles->is_still(column, row)) return false;
+bool Gather::stays(const TileMap& tiles, const Layer& layer, int column, int row, int height_px) noexcept {
+    if (!tiles.is_still(column, row)) return false;
     const Field& f = *layer.displacement;
-    const int q = layer.cell_px, y0 = row * kTilePx, y1 = std::min(y0 + kTilePx, job.near->height_px);
+    const int q = layer.cell_px, y0 = row * kTilePx, y1 = std::min(y0 + kTilePx, height_px);
     const int i0 = column * kTilePx / q, i1 = std::min(((column + 1) * kTilePx + q - 1) / q, f.width), j0 = y0 / q, j1 = std::min((y1 + q - 1) / q, f.height);
     if (i0 >= layer.touched.x1 || i1 <= layer.touched.x0 || j0 >= layer.touched.y1 || j1 <= layer.touched.y0) return true;
     for (int j = j0; j < j1; ++j)
@@ -81,35 +79,37 @@ void Gather::run(const Job& job, const Kernels& kernels, ThreadPool& pool) noexc
     const int chunk = (job.tiles->rows + workers - 1) / workers;
     pool.run(job.tiles->rows, chunk, [&](int row0, int row1) {
         Scratch& s = scratch_[next.fetch_add(1, std::memory_order_relaxed) % scratch_.size()];
+        std::int32_t *dx = s.dx.data() + kExpandPad, *dy = s.dy.data() + kExpandPad;
+        float *row_u = s.row_u.data() + kExpandPad, *row_v = s.row_v.data() + kExpandPad;
         for (int row = row0; row < row1; ++row) {
             const int y0 = row * kTilePx, y1 = std::min(y0 + kTilePx, near.height_px);
             const Box& fovea = job.fovea_tiles;
             const auto layer_of = [&](int c) { return row >= fovea.y0 && row < fovea.y1 && c >= fovea.x0 && c < fovea.x1 ? &job.fovea : &job.all; };
             const auto cubic_there = [&](int c) {
                 if (!job.cubic || job.gaze == nullptr) return job.cubic;
-                const float dx = static_cast<float>(c * kTilePx + kTilePx / 2) - job.gaze->x_px, dy = static_cast<float>(y0 + kTilePx / 2) - job.gaze->y_px;
-                return !(dx * dx + dy * dy > job.gaze->full_radius_px * job.gaze->full_radius_px);
+                const float gaze_x = static_cast<float>(c * kTilePx + kTilePx / 2) - job.gaze->x_px, gaze_y = static_cast<float>(y0 + kTilePx / 2) - job.gaze->y_px;
+                return !(gaze_x * gaze_x + gaze_y * gaze_y > job.gaze->full_radius_px * job.gaze->full_radius_px);
             };
             for (int column = 0; column < job.tiles->columns;) {
                 const Layer* layer = layer_of(column);
-                const bool still = stays(job, *layer, column, row), cubic = cubic_there(column);
+                const bool still = stays(*job.tiles, *layer, column, row, near.height_px), cubic = cubic_there(column);
                 int end = column + 1;
-                while (end < job.tiles->columns && layer_of(end) == layer && stays(job, *layer, end, row) == still && (still || cubic_there(end) == cubic)) ++end;
+                while (end < job.tiles->columns && layer_of(end) == layer && stays(*job.tiles, *layer, end, row, near.height_px) == still && (still || cubic_there(end) == cubic)) ++end;
                 const int x0 = column * kTilePx, x1 = std::min(end * kTilePx, near.width_px);
                 column = end;
                 if (still) continue;
                 const auto from = static_cast<std::ptrdiff_t>(x0) * pixel;
                 for (int y = y0; y < y1; ++y) {
                     std::byte* out = job.output->row(y) + from;
-                    displacement_row(*layer->displacement, layer->cell_px, y, x0, x1, kernels, s);
+                    displacement_row(*layer->displacement, layer->cell_px, y, x0, x1, kernels, dx, dy, row_u, row_v);
                     void* to = own ? static_cast<void*>(out) : s.packed.data();
                     const auto warp = floats ? (cubic ? kernels.warp_float_cubic : kernels.warp_float_linear) : (cubic ? kernels.warp_rgba8_cubic : kernels.warp_rgba8_linear);
-                    warp({job.source->pixels, job.source->row_bytes, near.width_px, near.height_px, y, x0, x1, s.dx.data() + kExpandPad, s.dy.data() + kExpandPad, to, job.source->finite});
+                    warp({job.source->pixels, job.source->row_bytes, near.width_px, near.height_px, y, x0, x1, dx, dy, to, job.source->finite});
                     if (job.far_source != nullptr) {
-                        displacement_row(*job.far_displacement, layer->cell_px, y, x0, x1, kernels, s);
+                        displacement_row(*job.far_displacement, layer->cell_px, y, x0, x1, kernels, dx, dy, row_u, row_v);
                         if (how_row(job, y, x0, x1, s)) {
                             const Gatherable& far = *job.far_source;
-                            warp({far.pixels, far.row_bytes, near.width_px, near.height_px, y, x0, x1, s.dx.data() + kExpandPad, s.dy.data() + kExpandPad, s.second.data(), far.finite});
+                            warp({far.pixels, far.row_bytes, near.width_px, near.height_px, y, x0, x1, dx, dy, s.second.data(), far.finite});
                             (floats ? kernels.blend_float : kernels.blend_rgba8)({to, s.second.data(), s.how.data() + x0, x1 - x0, job.light != nullptr ? job.light->differences(x0, y) : nullptr});
                         }
                     }

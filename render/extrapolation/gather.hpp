@@ -38,6 +38,11 @@ public:
     };
     void run(const Job& job, const Kernels& kernels, ThreadPool& pool) noexcept;
 
+    // A still tile that nothing moves into.
+    [[nodiscard]] static bool stays(const TileMap& tiles, const Layer& layer, int column, int row, int height_px) noexcept;
+    // Of pixels x0 to x1 - 1 of row y, as WarpRow wants them; `row_u`, `row_v`: scratch, as of ExpandRow.
+    static void displacement_row(const Field& f, int cell_px, int y, int x0, int x1, const Kernels& kernels, std::int32_t* dx, std::int32_t* dy, float* row_u, float* row_v) noexcept;
+
 private:
     struct Scratch {
         std::vector<std::int32_t> dx, dy;
@@ -45,8 +50,6 @@ private:
         std::vector<std::uint8_t> packed, second;
         std::vector<std::int32_t> how;
     };
-    [[nodiscard]] static bool stays(const Job& job, const Layer& layer, int column, int row) noexcept;
-    static void displacement_row(const Field& f, int cell_px, int y, int x0, int x1, const Kernels& kernels, Scratch& s) noexcept;
     static bool how_row(const Job& job, int y, int x0, int x1, Scratch& s) noexcept;
 
     std::vector<Scratch> scratch_;

@@ -141,6 +141,33 @@ struct WarpRow {
     const std::uint8_t* finite;  // floats only: one flag per pixel, rows of `width`; null: all are
 };
 
+// Which pixels of a row moved, and where they were in the farther source.
+struct AskRow {
+    const std::int32_t *dx, *dy;   // as WarpRow, in the nearer source
+    float back;                    // times this: in the farther one
+    int width, height, y, x0, x1;
+    std::int32_t *far_dx, *far_dy; // out
+    std::uint32_t* mask;           // out: bit 0: it moved; all bits: and its place in the farther source is inside of it
+};
+inline constexpr int kWeighPx = 8;   // edge of a block
+struct BlockSums {
+    float moved = 0, asked = 0;           // pixels
+    float left = 0, still = 0;            // squared differences, levels of 255
+    float left_shift[4] = {}, still_shift[4] = {};   // differences, per channel
+};
+// The same while rows are added: lane by lane, of at most kWeighPx rows.
+struct BlockLanes {
+    std::int32_t squares[2][kWeighPx] = {}, counts[2][kWeighPx] = {};
+    std::int16_t shifts[4][2 * kWeighPx] = {};
+};
+// Adds a row of pixels to the blocks it crosses; what may not be asked does not count.
+struct WeighRow {
+    const std::uint8_t *out, *far, *near, *then;   // whole blocks of four channels of 8 bits
+    const std::uint32_t* mask;
+    int blocks;
+    BlockLanes* lanes;
+};
+
 struct Kernels {
     const char* name;
     void (*search)(const SearchJob&, int row0, int row1);      // rows of patches; reads and writes only these
@@ -161,6 +188,9 @@ struct Kernels {
     void (*fix)(const float* px, std::int32_t* fixed, int count);   // to 1/256 pixel, as WarpRow wants it
     void (*blend_rgba8)(const BlendRow&);
     void (*blend_float)(const BlendRow&);
+    void (*ask)(const AskRow&);
+    void (*weigh_rgba8)(const WeighRow&);
+    void (*sum_blocks)(const BlockLanes* lanes, int blocks, BlockSums* sums);
 };
 
 // The widest that this processor runs, or the portable one.

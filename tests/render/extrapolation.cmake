@@ -1,9 +1,11 @@
 # The tests of frame extrapolation, included by CMakeLists.txt of this folder.
 fovea_test(fovea_extrapolation_test SOURCES
   allocation_count.cpp
+  extrapolation_cases.cpp
   extrapolation_gaze_test.cpp
   extrapolation_known_paths_test.cpp
   extrapolation_known_test.cpp
+  extrapolation_never_test.cpp
   extrapolation_search_test.cpp
   extrapolation_steps_test.cpp
   extrapolation_test.cpp
