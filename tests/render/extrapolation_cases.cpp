@@ -7,7 +7,7 @@ namespace fovea::test {
 namespace {
 
 constexpr const char* kKinds[] = {"slow thing", "quick thing", "thing beyond reach", "thin bars", "letters", "window", "fade", "flicker", "noisy", "overlay", "particles",
-                                  "display over ground", "zoom", "turn", "crossing", "appears", "equal luma", "ground", "ground beyond reach", "soft thing"};
+                                  "display over ground", "zoom", "turn", "crossing", "appears", "equal luma", "ground", "ground beyond reach", "soft thing", "hard edges"};
 
 std::uint32_t mixed(std::uint32_t h) {
     h = (h ^ h >> 16) * 0x7feb352du;
@@ -161,7 +161,7 @@ Picture MovingCase::at(float t) const {
                 const MovingLayer& l = layers[k];
                 const Now& n = now[k];
                 if (n.opacity <= 0) continue;
-                const float dx = (static_cast<float>(x) + 0.5f - n.x) / n.size, dy = (static_cast<float>(y) + 0.5f - n.y) / n.size, per_px = 1 / n.size;
+                const float dx = (static_cast<float>(x) + 0.5f - n.x) / n.size, dy = (static_cast<float>(y) + 0.5f - n.y) / n.size, per_px = sampled ? 1e-3f : 1 / n.size;
                 const float px = n.cosine * dx + n.sine * dy, py = n.cosine * dy - n.sine * dx;
                 const float cover = n.opacity * covers(l, px, py, per_px);
                 if (cover <= 0) continue;
@@ -190,13 +190,15 @@ MovingCase moving_case(int kind, std::uint32_t seed) {
     c.layers.push_back(ground(d));
     const auto add = [&](MovingLayer l) { c.layers.push_back(l); };
     const std::string name = kKinds[kind];
-    if (name == "slow thing" || name == "quick thing" || name == "thing beyond reach" || name == "soft thing") {
+    c.sampled = name == "hard edges";
+    if (name == "hard edges" || name == "slow thing" || name == "quick thing" || name == "thing beyond reach" || name == "soft thing") {
         const int count = 1 + d.below(3);
         for (int i = 0; i < count; ++i) {
             MovingLayer l = thing(d, c, 8, 64);
             if (name == "soft thing") l.texture = MovingLayer::soft;
             if (name == "quick thing") motion(l, d, 3, reach);
             else if (name == "thing beyond reach") motion(l, d, reach, 3 * reach);
+            else if (c.sampled) motion(l, d, 1.5f, reach);   // slower, edges jump: what two frames show is not what moved
             else motion(l, d, 0.1f, 3);
             add(l);
         }

@@ -36,6 +36,7 @@ struct MovingCase {
     std::string name;        // kind and seed
     int width = 0, height = 0;
     float noise = 0;         // levels of 255, new in every frame
+    bool sampled = false;    // at the centres of pixels: edges are not smoothed
     std::uint32_t seed = 0;
     std::vector<MovingLayer> layers;   // from behind
     [[nodiscard]] Picture at(float t) const;
