@@ -8,6 +8,7 @@ namespace fovea::render::extrapolation {
 namespace {
 
 constexpr int kEvery = 4;              // rows of pixels: one of so many is asked
+constexpr int kEveryCoarse = 8;        // ... where cells are larger than 2 pixels, away from a gaze
 constexpr float kBelieved = 0.5f;      // of what standing still leaves, the motion may leave this part
 constexpr float kRegion = 0.4f;        // ... in a region
 constexpr int kRegion_blocks = 6;      // from a block to the rim of its region
@@ -140,7 +141,8 @@ void Judgement::weigh_tiles(const Job& job, int row0, int row1, const Kernels& k
             moved = {std::min(moved.begin, block0), std::max(moved.end, block1)};
             for (int band = first; band < last; ++band) {
                 std::fill(s.lanes.begin() + block0, s.lanes.begin() + block1, BlockLanes{});
-                for (int y = band * kBlockPx + kEvery / 2; y < std::min((band + 1) * kBlockPx, h); y += kEvery) {
+                const int every = layer->cell_px > 2 ? kEveryCoarse : kEvery;
+                for (int y = band * kBlockPx + every / 2; y < std::min((band + 1) * kBlockPx, h); y += every) {
                     Gather::displacement_row(*layer->displacement, layer->cell_px, y, x0, x1, kernels, dx, dy, s.row_u.data() + kExpandPad, s.row_v.data() + kExpandPad);
                     kernels.ask({dx, dy, 1 + 1 / job.step, w, h, y, x0, x1, far_dx, far_dy, s.mask.data()});
                     warp({job.far_source->pixels, job.far_source->row_bytes, w, h, y, x0, x1, far_dx, far_dy, s.far.data(), job.far_source->finite});
