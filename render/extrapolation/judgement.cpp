@@ -202,12 +202,20 @@ bool Judgement::decide() noexcept {
         }
     }
     if (doubted == 0) return false;
-    // Sums from the first block on.
-    const int pitch = columns_ + 1;
+    // Sums from the first block on; nothing lies outside of what is active.
+    Box box{columns_, rows_, 0, 0};
     for (int row = 0; row < rows_; ++row) {
         const Range range = active(row);
+        if (range.end == 0) continue;
+        box = {std::min(box.x0, range.begin), std::min(box.y0, row), std::max(box.x1, range.end), row + 1};
+    }
+    const int pitch = columns_ + 1;
+    for (std::vector<double>& r : region_) std::fill_n(r.begin() + static_cast<std::ptrdiff_t>(at(box.x0, box.y0, pitch)), box.x1 - box.x0 + 1, 0.0);
+    for (int row = box.y0; row < box.y1; ++row) {
+        const Range range = active(row);
         double line[4] = {};
-        for (int column = 0; column < columns_; ++column) {
+        for (int k = 0; k < 4; ++k) region_[k][at(box.x0, row + 1, pitch)] = 0;
+        for (int column = box.x0; column < box.x1; ++column) {
             if (column >= range.begin && column < range.end) {
                 const Weight& w = weights_[at(column, row, columns_)];
                 const float values[4] = {w.left, w.still, w.left_light, w.still_light};
@@ -221,8 +229,8 @@ bool Judgement::decide() noexcept {
         for (int column = range.begin; column < range.end; ++column) {
             const std::size_t block = at(column, row, columns_);
             if (believed_[block] != 0) continue;
-            const int i0 = std::max(column - kRegion_blocks, 0), i1 = std::min(column + kRegion_blocks + 1, columns_);
-            const int j0 = std::max(row - kRegion_blocks, 0), j1 = std::min(row + kRegion_blocks + 1, rows_);
+            const int i0 = std::max(column - kRegion_blocks, box.x0), i1 = std::min(column + kRegion_blocks + 1, box.x1);
+            const int j0 = std::max(row - kRegion_blocks, box.y0), j1 = std::min(row + kRegion_blocks + 1, box.y1);
             float v[4];
             for (int k = 0; k < 4; ++k) v[k] = static_cast<float>(region_[k][at(i1, j1, pitch)] - region_[k][at(i0, j1, pitch)] - region_[k][at(i1, j0, pitch)] + region_[k][at(i0, j0, pitch)]);
             // 2: one that is explained well; 1: what stands still, or, for what comes into the picture and cannot be asked, its rim.
