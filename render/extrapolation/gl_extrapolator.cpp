@@ -8,62 +8,15 @@
 #include <new>
 #include <vector>
 
+#include "render/extrapolation/gl_float_reader.hpp"
 #include "render/extrapolation/gl_passes.hpp"
 #include "render/extrapolation/gl_state.hpp"
+#include "render/extrapolation/gl_texture_info.hpp"
 #include "render/extrapolation/sources.hpp"
 
 namespace fovea::render::extrapolation {
 
 namespace {
-
-struct TextureInfo {
-    std::optional<Format> format;
-    int width = 0, height = 0, base_level = 0;
-    bool swizzled = false;
-};
-
-// The effective format, whatever it was asked for as.
-std::optional<Format> format_of(const GlFunctions& gl, int level) noexcept {
-    const auto get = [&](GLenum what) {
-        GLint v = 0;
-        gl.GetTexLevelParameteriv(GL_TEXTURE_2D, level, what, &v);
-        return v;
-    };
-    switch (get(GL_TEXTURE_INTERNAL_FORMAT)) {
-        case GL_RGBA8: return Format::rgba8;
-        case GL_RGB8: return Format::rgb8;
-        case GL_R8: return Format::r8;
-        case GL_RGBA16F: return Format::rgba16f;
-        case GL_RGB16F: return Format::rgb16f;
-        case GL_RGBA32F: return Format::rgba32f;
-        case GL_RGB32F: return Format::rgb32f;
-        case GL_RGBA:
-            if (get(GL_TEXTURE_RED_SIZE) == 8 && get(GL_TEXTURE_ALPHA_SIZE) == 8) return Format::rgba8;
-            return std::nullopt;
-        case GL_RGB:
-            if (get(GL_TEXTURE_RED_SIZE) == 8 && get(GL_TEXTURE_GREEN_SIZE) == 8) return Format::rgb8;
-            return std::nullopt;
-        default: return std::nullopt;
-    }
-}
-
-TextureInfo inspect(const GlFunctions& gl, GLuint name) noexcept {
-    TextureInfo info;
-    if (name == 0 || gl.IsTexture(name) == GL_FALSE) return info;
-    gl.BindTexture(GL_TEXTURE_2D, name);
-    if (gl.GetError() != GL_NO_ERROR) return info;   // a texture of another target
-    GLint v = 0;
-    gl.GetTexParameteriv(GL_TEXTURE_2D, GL_TEXTURE_BASE_LEVEL, &info.base_level);
-    constexpr GLenum kSwizzles[4][2] = {{GL_TEXTURE_SWIZZLE_R, GL_RED}, {GL_TEXTURE_SWIZZLE_G, GL_GREEN}, {GL_TEXTURE_SWIZZLE_B, GL_BLUE}, {GL_TEXTURE_SWIZZLE_A, GL_ALPHA}};
-    for (const auto& s : kSwizzles) {
-        gl.GetTexParameteriv(GL_TEXTURE_2D, s[0], &v);
-        info.swizzled |= static_cast<GLenum>(v) != s[1];
-    }
-    gl.GetTexLevelParameteriv(GL_TEXTURE_2D, info.base_level, GL_TEXTURE_WIDTH, &info.width);
-    gl.GetTexLevelParameteriv(GL_TEXTURE_2D, info.base_level, GL_TEXTURE_HEIGHT, &info.height);
-    if (info.width > 0 && info.height > 0) info.format = format_of(gl, info.base_level);
-    return info;
-}
 
 // What the processor's backend holds a picture as: four bytes or four floats per pixel, as read back.
 Format held_as(Format f) noexcept { return is_float(f) ? Format::rgba32f : Format::rgba8; }
@@ -77,6 +30,7 @@ struct GlExtrapolator::State {
     std::string reason;
     Extrapolator engine;
     std::unique_ptr<GlPasses> passes;
+    std::unique_ptr<GlFloatReader> reader;   // in place of a pass below OpenGL ES 3.1
     GLuint framebuffer = 0;
     GlWork on_processor_work;       // of the last call, unless that was
     bool last_in_driver = false;
@@ -109,7 +63,12 @@ bool GlExtrapolator::State::read(GLuint texture, const TextureInfo& info, std::b
     if (ok) gl.ReadPixels(0, 0, info.width, info.height, GL_RGBA, is_float(*info.format) ? GL_FLOAT : GL_UNSIGNED_BYTE, to);
     gl.FramebufferTexture2D(GL_READ_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, 0, 0);
     if (ok) return gl.GetError() == GL_NO_ERROR;
-    // Three floats: no driver has to attach them, any can sample them.
+    // Three floats: no driver has to attach them, any can sample them. Below 3.1 that holds for four floats too.
+    if (gl.version < 31) {
+        GlStateGuard guard(gl, true);
+        if (reader == nullptr) reader = GlFloatReader::create(gl);
+        return reader != nullptr && reader->read(texture, info.width, info.height, to);
+    }
     if (passes == nullptr) {
         auto made = GlPasses::create(gl, settings.preset, false);
         if (!made) return false;
@@ -280,6 +239,11 @@ Result<void> GlExtrapolator::State::choose() {
         reason = "asked for";
         return {};
     }
+    if (gl.version < 31) {
+        if (settings.backend) return fail("the backend asked for needs OpenGL ES 3.1", "GL", "let the probe choose");
+        reason = "the shader backends need OpenGL ES 3.1; this context is of an earlier version";
+        return {};
+    }
     if (!may_draw()) {
         undecided = true;
         reason = "a query counts what is drawn, or the program in use is deleted: the choice waits";
@@ -335,11 +299,12 @@ Result<GlExtrapolator> GlExtrapolator::create(GlLoader loader, const GlSettings&
     auto engine = Extrapolator::create({.preset = settings.preset, .threads = settings.threads});
     if (!engine) return std::unexpected(engine.error());
     auto state = std::make_unique<State>(std::move(*engine));
-    if (const char* missing = load(state->gl, loader); missing != nullptr) return fail(std::string("the driver lacks ") + missing, "GL", "OpenGL ES 3.1 is needed");
+    if (const char* missing = load(state->gl, loader); missing != nullptr) return fail(std::string("the driver lacks ") + missing, "GL", "OpenGL ES 3.0 is needed");
     const GlFunctions& gl = state->gl;
-    const auto* version = reinterpret_cast<const char*>(gl.GetString(GL_VERSION));
-    if (version == nullptr) return fail("no OpenGL ES context is current", "GL");
+    if (gl.version == 0) return fail("no OpenGL ES context is current", "GL");
+    if (gl.version < 30) return fail("the context is of OpenGL ES 2.0", "GL", "OpenGL ES 3.0 is needed");
     load_optional(state->gl, loader);
+    if (gl.version < 31 && !raises_errors(gl)) return fail("a context of OpenGL ES 3.0 that raises no errors does not tell what its textures are", "GL", "OpenGL ES 3.1 is needed");
     state->settings = settings;
     gl.GenFramebuffers(1, &state->framebuffer);
     if (auto chosen = state->choose(); !chosen) return std::unexpected(chosen.error());
@@ -351,7 +316,10 @@ GLenum GlExtrapolator::extrapolate(GLuint src1, GLuint src2, GLuint output, floa
     if (factor == 0) return GL_INVALID_VALUE;
     const GLuint names[3] = {src1, src2, output};
     TextureInfo infos[3];
-    {
+    if (s.gl.version < 31) {
+        GlStateGuard guard(s.gl, false);
+        for (int i = 0; i < 3; ++i) infos[i] = inspect_by_trial(s.gl, names[i], s.framebuffer, infos[0]);
+    } else {
         GLint bound = 0;
         s.gl.GetIntegerv(GL_TEXTURE_BINDING_2D, &bound);
         for (int i = 0; i < 3; ++i) infos[i] = inspect(s.gl, names[i]);

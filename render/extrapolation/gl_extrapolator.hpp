@@ -1,10 +1,12 @@
-// glExtrapolateTex2DQCOM for any OpenGL ES 3.1 driver: the call, its checks and its errors.
+// glExtrapolateTex2DQCOM for any OpenGL ES 3.x driver: the call, its checks and its errors.
 //
 // Source: GL_QCOM_frame_extrapolation. Formats are compared by effective format: an unsized RGBA of unsigned bytes is RGBA8.
 // Backends: `processor` reads both sources back and runs Extrapolator; `compute` and `fragment` stay in the driver. A
 // start-up probe picks: on a software rasteriser it times one small pair on each, elsewhere it takes compute, then fragment.
 // Three-channel float pictures, outputs that are also a source, and swizzled sources always take the processor.
 // Three-channel floats that cannot be attached are read through a pass, which honours a swizzle of theirs.
+// A context of OpenGL ES 3.0 has neither compute shaders nor draws whose count the driver writes: the processor serves it. There
+// formats and sizes are told by trial (gl_texture_info.hpp), so create() refuses a context that raises no errors.
 // State: everything but the output's base level is as before; the output may be immutable or not. Transform feedback is paused
 // meanwhile. While a query counts samples or primitives, or the program in use is deleted already, the processor does it, which
 // draws nothing (but the pass that reads three-channel floats). GL_NV_conditional_render must not be active: it cannot be asked.

@@ -86,19 +86,21 @@ GlStateGuard::GlStateGuard(const GlFunctions& gl, bool passes) noexcept : gl_(gl
     }
     gl.ActiveTexture(GL_TEXTURE0);
     if (!passes) return;
-    gl.GetIntegeri_v(GL_IMAGE_BINDING_NAME, 0, &image_.name);
-    gl.GetIntegeri_v(GL_IMAGE_BINDING_LEVEL, 0, &image_.level);
-    gl.GetIntegeri_v(GL_IMAGE_BINDING_LAYERED, 0, &image_.layered);
-    gl.GetIntegeri_v(GL_IMAGE_BINDING_LAYER, 0, &image_.layer);
-    gl.GetIntegeri_v(GL_IMAGE_BINDING_ACCESS, 0, &image_.access);
-    gl.GetIntegeri_v(GL_IMAGE_BINDING_FORMAT, 0, &image_.format);
+    if (gl.version >= 31) {
+        gl.GetIntegeri_v(GL_IMAGE_BINDING_NAME, 0, &image_.name);
+        gl.GetIntegeri_v(GL_IMAGE_BINDING_LEVEL, 0, &image_.level);
+        gl.GetIntegeri_v(GL_IMAGE_BINDING_LAYERED, 0, &image_.layered);
+        gl.GetIntegeri_v(GL_IMAGE_BINDING_LAYER, 0, &image_.layer);
+        gl.GetIntegeri_v(GL_IMAGE_BINDING_ACCESS, 0, &image_.access);
+        gl.GetIntegeri_v(GL_IMAGE_BINDING_FORMAT, 0, &image_.format);
+        gl.GetIntegerv(GL_DRAW_INDIRECT_BUFFER_BINDING, &draw_buffer_);
+        gl.GetIntegerv(GL_DISPATCH_INDIRECT_BUFFER_BINDING, &dispatch_buffer_);
+    }
     GLint feedback = 0, feedback_paused = 0;
     gl.GetIntegerv(GL_TRANSFORM_FEEDBACK_ACTIVE, &feedback);
     gl.GetIntegerv(GL_TRANSFORM_FEEDBACK_PAUSED, &feedback_paused);
     paused_ = feedback != 0 && feedback_paused == 0;
     if (paused_) gl.PauseTransformFeedback();
-    gl.GetIntegerv(GL_DRAW_INDIRECT_BUFFER_BINDING, &draw_buffer_);
-    gl.GetIntegerv(GL_DISPATCH_INDIRECT_BUFFER_BINDING, &dispatch_buffer_);
     gl.GetIntegerv(GL_CURRENT_PROGRAM, &program_);
     gl.GetIntegerv(GL_VERTEX_ARRAY_BINDING, &array_);
     // Of state per viewport and per draw buffer, only what a pass meets is touched: setting all would lose the others'.
@@ -113,7 +115,13 @@ GlStateGuard::GlStateGuard(const GlFunctions& gl, bool passes) noexcept : gl_(gl
     }
     if (gl.ColorMaski != nullptr) {
         for (GLuint i = 0; i < kBuffers; ++i) {
-            gl.GetBooleani_v(GL_COLOR_WRITEMASK, i, masks_[i].data());
+            if (gl.version >= 31) {
+                gl.GetBooleani_v(GL_COLOR_WRITEMASK, i, masks_[i].data());
+            } else {   // that call is of 3.1
+                GLint mask[4] = {GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE};
+                gl.GetIntegeri_v(GL_COLOR_WRITEMASK, i, mask);
+                for (std::size_t k = 0; k < 4; ++k) masks_[i][k] = mask[k] != 0 ? GL_TRUE : GL_FALSE;
+            }
             blends_[i] = gl.IsEnabledi(GL_BLEND, i);
             gl.ColorMaski(i, GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
             gl.Disablei(GL_BLEND, i);
@@ -158,9 +166,11 @@ GlStateGuard::~GlStateGuard() {
     }
     gl.ActiveTexture(static_cast<GLenum>(active_));
     if (!passes_) return;
-    gl.BindImageTexture(0, static_cast<GLuint>(image_.name), image_.level, image_.layered != 0, image_.layer, static_cast<GLenum>(image_.access), static_cast<GLenum>(image_.format));
-    gl.BindBuffer(GL_DRAW_INDIRECT_BUFFER, static_cast<GLuint>(draw_buffer_));
-    gl.BindBuffer(GL_DISPATCH_INDIRECT_BUFFER, static_cast<GLuint>(dispatch_buffer_));
+    if (gl.version >= 31) {
+        gl.BindImageTexture(0, static_cast<GLuint>(image_.name), image_.level, image_.layered != 0, image_.layer, static_cast<GLenum>(image_.access), static_cast<GLenum>(image_.format));
+        gl.BindBuffer(GL_DRAW_INDIRECT_BUFFER, static_cast<GLuint>(draw_buffer_));
+        gl.BindBuffer(GL_DISPATCH_INDIRECT_BUFFER, static_cast<GLuint>(dispatch_buffer_));
+    }
     gl.UseProgram(static_cast<GLuint>(program_));
     gl.BindVertexArray(static_cast<GLuint>(array_));
     if (gl.ViewportIndexedfv != nullptr) {

@@ -40,11 +40,15 @@ inline std::vector<Entry> state_now() {
     };
 #define FOVEA_STATE(name) integers(#name, name)
 #define FOVEA_STATE4(name) integers(#name, name, 4)
-    FOVEA_STATE(GL_ACTIVE_TEXTURE); FOVEA_STATE(GL_CURRENT_PROGRAM); FOVEA_STATE(GL_PROGRAM_PIPELINE_BINDING); FOVEA_STATE(GL_VERTEX_ARRAY_BINDING);
+    FOVEA_STATE(GL_ACTIVE_TEXTURE); FOVEA_STATE(GL_CURRENT_PROGRAM); FOVEA_STATE(GL_VERTEX_ARRAY_BINDING);
     FOVEA_STATE(GL_DRAW_FRAMEBUFFER_BINDING); FOVEA_STATE(GL_READ_FRAMEBUFFER_BINDING); FOVEA_STATE(GL_RENDERBUFFER_BINDING);
     FOVEA_STATE(GL_ARRAY_BUFFER_BINDING); FOVEA_STATE(GL_ELEMENT_ARRAY_BUFFER_BINDING); FOVEA_STATE(GL_PIXEL_PACK_BUFFER_BINDING);
-    FOVEA_STATE(GL_PIXEL_UNPACK_BUFFER_BINDING); FOVEA_STATE(GL_UNIFORM_BUFFER_BINDING); FOVEA_STATE(GL_SHADER_STORAGE_BUFFER_BINDING);
-    FOVEA_STATE(GL_DISPATCH_INDIRECT_BUFFER_BINDING); FOVEA_STATE(GL_DRAW_INDIRECT_BUFFER_BINDING); FOVEA_STATE(GL_TRANSFORM_FEEDBACK_BINDING); FOVEA_STATE(GL_TRANSFORM_FEEDBACK_ACTIVE);
+    FOVEA_STATE(GL_PIXEL_UNPACK_BUFFER_BINDING); FOVEA_STATE(GL_UNIFORM_BUFFER_BINDING);
+    if (gl().version >= 31) {
+        FOVEA_STATE(GL_PROGRAM_PIPELINE_BINDING); FOVEA_STATE(GL_SHADER_STORAGE_BUFFER_BINDING); FOVEA_STATE(GL_DISPATCH_INDIRECT_BUFFER_BINDING);
+        FOVEA_STATE(GL_DRAW_INDIRECT_BUFFER_BINDING);
+    }
+    FOVEA_STATE(GL_TRANSFORM_FEEDBACK_BINDING); FOVEA_STATE(GL_TRANSFORM_FEEDBACK_ACTIVE);
     FOVEA_STATE(GL_TRANSFORM_FEEDBACK_PAUSED);
     FOVEA_STATE(GL_PACK_ALIGNMENT); FOVEA_STATE(GL_PACK_ROW_LENGTH); FOVEA_STATE(GL_PACK_SKIP_PIXELS); FOVEA_STATE(GL_PACK_SKIP_ROWS);
     FOVEA_STATE(GL_UNPACK_ALIGNMENT); FOVEA_STATE(GL_UNPACK_ROW_LENGTH); FOVEA_STATE(GL_UNPACK_SKIP_PIXELS); FOVEA_STATE(GL_UNPACK_SKIP_ROWS);
@@ -56,8 +60,9 @@ inline std::vector<Entry> state_now() {
 #undef FOVEA_STATE
 #undef FOVEA_STATE4
     for (const GLenum s : {GL_BLEND, GL_CULL_FACE, GL_DEPTH_TEST, GL_DITHER, GL_POLYGON_OFFSET_FILL, GL_PRIMITIVE_RESTART_FIXED_INDEX, GL_RASTERIZER_DISCARD, GL_SAMPLE_ALPHA_TO_COVERAGE,
-                           GL_SAMPLE_COVERAGE, GL_SAMPLE_MASK, GL_SCISSOR_TEST, GL_STENCIL_TEST})
+                           GL_SAMPLE_COVERAGE, GL_SCISSOR_TEST, GL_STENCIL_TEST})
         all.push_back({"switch " + std::to_string(s), {gl().IsEnabled(s)}});
+    if (gl().version >= 31) all.push_back({"sample mask", {gl().IsEnabled(GL_SAMPLE_MASK)}});
     const GLint active = all[0].value[0];
     for (int unit = 0; unit < 8; ++unit) {
         gl().ActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
@@ -70,7 +75,8 @@ inline std::vector<Entry> state_now() {
         gl().GetIntegeri_v(what, i, &v);
         all.push_back({name + std::to_string(i), {v}});
     };
-    for (GLuint i = 0; i < 4; ++i) {
+    for (GLuint i = 0; i < 4; ++i) indexed("uniforms ", GL_UNIFORM_BUFFER_BINDING, i);
+    for (GLuint i = 0; i < 4 && gl().version >= 31; ++i) {
         indexed("image name ", GL_IMAGE_BINDING_NAME, i);
         indexed("image level ", GL_IMAGE_BINDING_LEVEL, i);
         indexed("image layered ", GL_IMAGE_BINDING_LAYERED, i);
@@ -78,15 +84,13 @@ inline std::vector<Entry> state_now() {
         indexed("image access ", GL_IMAGE_BINDING_ACCESS, i);
         indexed("image format ", GL_IMAGE_BINDING_FORMAT, i);
         indexed("storage ", GL_SHADER_STORAGE_BUFFER_BINDING, i);
-        indexed("uniforms ", GL_UNIFORM_BUFFER_BINDING, i);
     }
     // What extensions add: state per draw buffer and per viewport, clip space, the order of rows.
     if (has_extension("GL_OES_draw_buffers_indexed")) {
         const auto enabled = FOVEA_PROC(ISENABLEDI, IsEnabledi);
-        const auto booleans = FOVEA_PROC(GETBOOLEANI_V, GetBooleani_v);
         for (GLuint i = 0; i < 4; ++i) {
-            GLboolean mask[4] = {};
-            booleans(GL_COLOR_WRITEMASK, i, mask);
+            GLint mask[4] = {};
+            gl().GetIntegeri_v(GL_COLOR_WRITEMASK, i, mask);
             all.push_back({"color mask " + std::to_string(i), {mask[0], mask[1], mask[2], mask[3]}});
             all.push_back({"blend " + std::to_string(i), {enabled(GL_BLEND, i)}});
             indexed("blend source ", GL_BLEND_SRC_RGB, i);
