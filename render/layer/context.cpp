@@ -17,7 +17,8 @@ void Context::made_current(EGLDisplay display, EGLSurface surface) {
         if (text && std::strncmp(text, "OpenGL ES ", 10) == 0)
             version_ = get_integer(GL_MAJOR_VERSION) * 10 + get_integer(GL_MINOR_VERSION);
         active_ = version_ >= 31;
-        if (active_) {
+        extrapolates_ = version_ >= 30;
+        if (extrapolates_) {
             for (GLint i = 0; i < get_integer(GL_NUM_EXTENSIONS); ++i) {
                 const auto* name = reinterpret_cast<const char*>(gl.GetStringi(GL_EXTENSIONS, static_cast<GLuint>(i)));
                 if (!name) continue;
@@ -29,6 +30,9 @@ void Context::made_current(EGLDisplay display, EGLSurface surface) {
                 buffer_storage_ |= extension == "GL_EXT_buffer_storage";
                 float_viewport_ |= extension == "GL_OES_viewport_array" && gl.ViewportIndexedfOES;
             }
+            extrapolates_ = !native_.frame_extrapolation;
+        }
+        if (active_) {
             const auto* renderer = reinterpret_cast<const char*>(gl.GetString(GL_RENDERER));
             for (const char* name : {"llvmpipe", "softpipe", "SWR", "SwiftShader", "swrast"})
                 if (renderer && std::strstr(renderer, name)) pay_.set_processor_draws(true);
@@ -39,8 +43,8 @@ void Context::made_current(EGLDisplay display, EGLSurface surface) {
         }
         drop_errors();
     }
+    if (active_ || extrapolates_) share_->dead.bury();
     if (!active_) return;
-    share_->dead.bury();
     draw_framebuffer_ = static_cast<GLuint>(get_integer(GL_DRAW_FRAMEBUFFER_BINDING));
     read_framebuffer_ = static_cast<GLuint>(get_integer(GL_READ_FRAMEBUFFER_BINDING));
     target_known_ = false;

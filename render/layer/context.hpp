@@ -158,6 +158,8 @@ public:
     bool to_be_destroyed = false;        // eglDestroyContext came while it was current
 
     [[nodiscard]] bool active() const noexcept { return active_; }
+    // The layer answers glExtrapolateTex2DQCOM. Below OpenGL ES 3.1 it does nothing else: such a context is not active.
+    [[nodiscard]] bool extrapolates() const noexcept { return extrapolates_; }
     // Draws may concern the layer: foveated targets, auto mode, programs of several views.
     [[nodiscard]] bool watches_draws() const noexcept { return is_engaged() || share_->sources.any_multiview(); }
     [[nodiscard]] bool is_engaged() const noexcept { return auto_ || !framebuffers_.empty() || share_->textures.epoch() != 0; }
@@ -373,7 +375,7 @@ private:
     void forget_objects(Graveyard& to);
 
     std::shared_ptr<ShareGroup> share_;
-    bool active_ = false, lost_ = false;  // lost_: seen, but not yet dealt with by lose()
+    bool active_ = false, extrapolates_ = false, lost_ = false;  // lost_: seen, but not yet dealt with by lose()
     GLint version_ = 0;  // 30, 31, 32
     NativeExtensions native_;
     bool float_viewport_ = false, buffer_storage_ = false;

@@ -41,8 +41,8 @@ void Context::forget_objects(Graveyard& to) {
 void Context::abandon() { forget_objects(share_->dead); }
 
 void Context::lose() {
-    if (!active_) return;
-    active_ = recording_ = auto_ = false;
+    if (!active_ && !extrapolates_) return;
+    active_ = extrapolates_ = recording_ = auto_ = false;
     if (t_recording == this) t_recording = nullptr;
     late_uploads_.clear();
     log_.clear();
@@ -68,7 +68,7 @@ template <class DriverCall>
 static GLenum reset_status(DriverCall driver) {
     const GLenum status = driver();
     Context* c = t_context;
-    return c && c->active() ? c->reset_status(status) : status;
+    return c && (c->active() || c->extrapolates()) ? c->reset_status(status) : status;
 }
 GLenum GL_APIENTRY layer_glGetGraphicsResetStatus() { return reset_status(gl.GetGraphicsResetStatus); }
 GLenum GL_APIENTRY layer_glGetGraphicsResetStatusEXT() { return reset_status(gl.GetGraphicsResetStatusEXT); }

@@ -21,10 +21,10 @@ struct Added {
 
 Added added_extensions(const Context& c) {
     Added added;
+    if (c.extrapolates()) added.names[added.count++] = "GL_QCOM_frame_extrapolation";
     if (!c.active()) return added;
     if (!c.native().framebuffer_foveated) added.names[added.count++] = "GL_QCOM_framebuffer_foveated";
     if (!c.native().texture_foveated) added.names[added.count++] = "GL_QCOM_texture_foveated";
-    if (!c.native().frame_extrapolation) added.names[added.count++] = "GL_QCOM_frame_extrapolation";
     if (!c.native().multiview)
         for (const char* name : {"GL_OVR_multiview", "GL_OVR_multiview2", "GL_OVR_multiview_multisampled_render_to_texture"}) added.names[added.count++] = name;
     return added;
@@ -35,6 +35,12 @@ double real(GLfloat v) { return static_cast<double>(v); }
 Context* current() {
     Context* c = t_context;
     return c && c->active() ? c : nullptr;
+}
+
+// That of which extensions are added, maybe this one alone.
+Context* listed() {
+    Context* c = t_context;
+    return c && (c->active() || c->extrapolates()) ? c : nullptr;
 }
 
 // Strings handed out live as long as the process: programs keep the pointers.
@@ -115,7 +121,7 @@ bool get_tex_parameter(GLenum target, GLenum name, Value* values) {
 
 const GLubyte* GL_APIENTRY layer_glGetString(GLenum name) {
     const GLubyte* text = gl.GetString(name);
-    Context* c = current();
+    const Context* c = listed();
     if (!c || name != GL_EXTENSIONS || !text) return text;
     std::string all = reinterpret_cast<const char*>(text);
     const Added added = added_extensions(*c);
@@ -127,7 +133,7 @@ const GLubyte* GL_APIENTRY layer_glGetString(GLenum name) {
 }
 
 const GLubyte* GL_APIENTRY layer_glGetStringi(GLenum name, GLuint index) {
-    Context* c = current();
+    const Context* c = listed();
     if (c && name == GL_EXTENSIONS) {
         const auto own = static_cast<GLuint>(get_integer(GL_NUM_EXTENSIONS));
         const Added added = added_extensions(*c);
@@ -138,8 +144,8 @@ const GLubyte* GL_APIENTRY layer_glGetStringi(GLenum name, GLuint index) {
 
 template <class Value, class DriverCall>
 static void get(GLenum name, Value* values, DriverCall driver) {
-    Context* c = current();
-    if (c && name == GL_MAX_VIEWS_OVR && !c->native().multiview && values) {
+    const Context* c = listed();
+    if (c && c->active() && name == GL_MAX_VIEWS_OVR && !c->native().multiview && values) {
         *values = static_cast<Value>(std::is_same_v<Value, GLboolean> ? GL_TRUE : kMaxViews);
         return;
     }

@@ -46,11 +46,12 @@ DeletionsGoTo::~DeletionsGoTo() { t_graveyard = nullptr; }
 
 void GL_APIENTRY layer_glExtrapolateTex2DQCOM(GLuint src1, GLuint src2, GLuint output, GLfloat scale) {
     Context* c = t_context;
-    if (!c || !c->active()) return;
+    if (!c) return;
     if (c->native().frame_extrapolation) return gl.ExtrapolateTex2DQCOM(src1, src2, output, scale);
+    if (!c->extrapolates()) return;
     trace_call("glExtrapolateTex2DQCOM", {static_cast<double>(src1), static_cast<double>(src2), static_cast<double>(output), static_cast<double>(scale)});
     if (scale == 0.0f) return c->raise(GL_INVALID_VALUE);
-    if (c->is_engaged()) c->before_finish(Call::ExtrapolateTex2DQCOM);
+    if (c->active() && c->is_engaged()) c->before_finish(Call::ExtrapolateTex2DQCOM);
     c->keep_driver_error();
     auto& engine = c->extrapolator();
     if (!engine) {
@@ -65,7 +66,7 @@ void GL_APIENTRY layer_glExtrapolateTex2DQCOM(GLuint src1, GLuint src2, GLuint o
     drop_errors();
     if (error != GL_NO_ERROR) return c->raise(error);
     count(stats.extrapolations);
-    c->image_written(output);
+    if (c->active()) c->image_written(output);
 }
 
 }  // namespace fovea::layer

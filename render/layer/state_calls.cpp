@@ -88,7 +88,7 @@ void GL_APIENTRY layer_glBindBufferRange(GLenum target, GLuint index, GLuint buf
 
 GLenum GL_APIENTRY layer_glGetError() {
     Context* c = t_context;
-    return c && (c->active() || c->has_error()) ? c->take_error() : gl.GetError();
+    return c && (c->active() || c->extrapolates() || c->has_error()) ? c->take_error() : gl.GetError();
 }
 
 void GL_APIENTRY layer_glBindFramebuffer(GLenum target, GLuint framebuffer) {

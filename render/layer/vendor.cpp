@@ -106,8 +106,8 @@ EGLBoolean make_current(EGLDisplay display, EGLSurface draw, EGLSurface read, EG
     }
     if (before && before->active()) {
         before->before_finish(kCallMakeCurrent);
-        if (before != next && before->to_be_destroyed) before->release_images();
     }
+    if (before && before != next && before->to_be_destroyed && (before->active() || before->extrapolates())) before->release_images();
     const EGLBoolean done = egl.MakeCurrent(display, draw, read, context);
     if (!done) return done;
     t_owner = next;
@@ -118,10 +118,8 @@ EGLBoolean make_current(EGLDisplay display, EGLSurface draw, EGLSurface read, EG
 }
 
 EGLBoolean release_thread() {
-    if (t_owner && t_owner->active()) {
-        t_owner->before_finish(kCallMakeCurrent);
-        if (t_owner->to_be_destroyed) t_owner->release_images();
-    }
+    if (t_owner && t_owner->active()) t_owner->before_finish(kCallMakeCurrent);
+    if (t_owner && t_owner->to_be_destroyed && (t_owner->active() || t_owner->extrapolates())) t_owner->release_images();
     const EGLBoolean done = egl.ReleaseThread();
     if (done) {
         t_context = nullptr;

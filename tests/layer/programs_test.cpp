@@ -140,6 +140,15 @@ TEST(LayerPrograms, StencilWithoutDepthIsDiscardedToItsClearBelowVersion32) {
     EXPECT_EQ(shell(program).out, "3.2 enabled 1, cleared where nothing was written: 1, where something was: 0\n");
 }
 
+// What needs only OpenGL ES 3.0 is listed there, and nothing else is.
+TEST(LayerPrograms, FrameExtrapolationAloneIsThereInVersion30) {
+    const std::string answers = "\nerrors 0x0500 0x0501 0x0502, output as before 1\nmoved on 1\n";
+    const std::string turn = "3.0: GL_QCOM_frame_extrapolation" + answers;
+    expect_output("MESA_GLES_VERSION_OVERRIDE=3.0 " + kLayer + "-- " + kBin + "/layer_extrapolation30_program", turn + turn);
+    const std::string later = "3.2: GL_QCOM_frame_extrapolation GL_QCOM_framebuffer_foveated GL_QCOM_texture_foveated GL_OVR_multiview2" + answers;
+    expect_output(kLayer + "-- " + kBin + "/layer_extrapolation30_program", later + later);
+}
+
 TEST(LayerPrograms, ExitCodeAndSignalsAreTheProgramsOwn) {
     EXPECT_EQ(shell(kLayer + "-- sh -c 'exit 7'").exit_code, 7);
     EXPECT_EQ(shell(kLayer + "-- sh -c 'kill -9 $$'").exit_code, 137);
