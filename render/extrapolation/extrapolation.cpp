@@ -139,7 +139,7 @@ bool Extrapolator::prepare(int width_px, int height_px, Format format) noexcept 
         s.source.resize(width_px, height_px, format);
         s.far_source.resize(width_px, height_px, format);
         s.edges.resize(s.motion.field().width, s.motion.field().height, width_px, format, s.settings.threads);
-        s.gather.resize(width_px, format, s.settings.threads);
+        s.gather.resize(width_px, height_px, format, s.settings.threads);
         s.judgement.resize(width_px, height_px, format, s.settings.threads);
         s.rims.resize(s.tiles.columns, s.tiles.rows);
     } catch (const std::bad_alloc&) {
@@ -284,7 +284,7 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
     }
     s.gather.run(job, *s.kernels, s.pool);
     if (job.light != nullptr && s.light.find(step)) s.light.apply(output, s.pool);
-    const Judgement::Job judged{&near, &s.source, &s.far_source, &output, &s.tiles, job.all, job.fovea, job.fovea_tiles, step};
+    const Judgement::Job judged{&near, &s.source, &s.far_source, &output, &s.tiles, s.gather.stays().data(), job.all, job.fovea, job.fovea_tiles, step};
     bool doubted = false;
     if (known_cell == 0) {
         make_gatherable(far, s.far_source, s.pool);
@@ -298,7 +298,7 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
     }
     if (known_cell != 0) return Outcome::ok;
     if (doubted) s.judgement.keep(judged, s.pool);
-    StandingRims::Job rims{&near, &far, &s.source, &s.far_source, &output, &s.tiles, job.all, job.fovea, job.fovea_tiles, step};
+    StandingRims::Job rims{&near, &far, &s.source, &s.far_source, &output, &s.tiles, s.gather.stays().data(), job.all, job.fovea, job.fovea_tiles, step};
     if (s.rims.find(rims)) {
         s.rims.run(rims);
     }

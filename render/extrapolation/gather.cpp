@@ -5,7 +5,8 @@
 
 namespace fovea::render::extrapolation {
 
-void Gather::resize(int width_px, Format format, int threads) {
+void Gather::resize(int width_px, int height_px, Format format, int threads) {
+    stays_.assign(static_cast<std::size_t>((width_px + kTilePx - 1) / kTilePx) * static_cast<std::size_t>((height_px + kTilePx - 1) / kTilePx), 0);
     scratch_.resize(static_cast<std::size_t>(threads));
     for (auto& s : scratch_) {
         const auto width = static_cast<std::size_t>(width_px);
@@ -56,8 +57,7 @@ void Gather::displacement_row(const Field& f, int q, int y, int x0, int x1, cons
     kernels.expand({f.u.data() + a, f.v.data() + a, f.u.data() + b, f.v.data() + b, fy, q, c0, c1, x0, x1, row_u, row_v, dx, dy});
 }
 
-bool Gather::stays(const TileMap& tiles, const Layer& layer, int column, int row, int height_px) noexcept {
-    if (!tiles.is_still(column, row)) return false;
+bool Gather::nothing_moves_into(const Layer& layer, int column, int row, int height_px) noexcept {
     const Field& f = *layer.displacement;
     const int q = layer.cell_px, y0 = row * kTilePx, y1 = std::min(y0 + kTilePx, height_px);
     const int i0 = column * kTilePx / q, i1 = std::min(((column + 1) * kTilePx + q - 1) / q, f.width), j0 = y0 / q, j1 = std::min((y1 + q - 1) / q, f.height);
@@ -90,11 +90,13 @@ void Gather::run(const Job& job, const Kernels& kernels, ThreadPool& pool) noexc
                 const float gaze_x = static_cast<float>(c * kTilePx + kTilePx / 2) - job.gaze->x_px, gaze_y = static_cast<float>(y0 + kTilePx / 2) - job.gaze->y_px;
                 return !(gaze_x * gaze_x + gaze_y * gaze_y > job.gaze->full_radius_px * job.gaze->full_radius_px);
             };
+            std::uint8_t* stays = stays_.data() + static_cast<std::ptrdiff_t>(row) * job.tiles->columns;
+            for (int column = 0; column < job.tiles->columns; ++column) stays[column] = job.tiles->is_still(column, row) && nothing_moves_into(*layer_of(column), column, row, near.height_px);
             for (int column = 0; column < job.tiles->columns;) {
                 const Layer* layer = layer_of(column);
-                const bool still = stays(*job.tiles, *layer, column, row, near.height_px), cubic = cubic_there(column);
+                const bool still = stays[column] != 0, cubic = cubic_there(column);
                 int end = column + 1;
-                while (end < job.tiles->columns && layer_of(end) == layer && stays(*job.tiles, *layer, end, row, near.height_px) == still && (still || cubic_there(end) == cubic)) ++end;
+                while (end < job.tiles->columns && layer_of(end) == layer && (stays[end] != 0) == still && (still || cubic_there(end) == cubic)) ++end;
                 const int x0 = column * kTilePx, x1 = std::min(end * kTilePx, near.width_px);
                 column = end;
                 if (still) continue;

@@ -12,7 +12,7 @@ namespace fovea::render::extrapolation {
 
 class Gather {
 public:
-    void resize(int width_px, Format format, int threads);
+    void resize(int width_px, int height_px, Format format, int threads);
 
     // Where the pixels of a part of the picture come from.
     struct Layer {
@@ -38,8 +38,8 @@ public:
     };
     void run(const Job& job, const Kernels& kernels, ThreadPool& pool) noexcept;
 
-    // A still tile that nothing moves into.
-    [[nodiscard]] static bool stays(const TileMap& tiles, const Layer& layer, int column, int row, int height_px) noexcept;
+    // Of the last run: tiles that stand still and that nothing moves into, columns x rows.
+    [[nodiscard]] const std::vector<std::uint8_t>& stays() const noexcept { return stays_; }
     // Of pixels x0 to x1 - 1 of row y, as WarpRow wants them; `row_u`, `row_v`: scratch, as of ExpandRow.
     static void displacement_row(const Field& f, int cell_px, int y, int x0, int x1, const Kernels& kernels, std::int32_t* dx, std::int32_t* dy, float* row_u, float* row_v) noexcept;
 
@@ -50,9 +50,11 @@ private:
         std::vector<std::uint8_t> packed, second;
         std::vector<std::int32_t> how;
     };
+    [[nodiscard]] static bool nothing_moves_into(const Layer& layer, int column, int row, int height_px) noexcept;
     static bool how_row(const Job& job, int y, int x0, int x1, Scratch& s) noexcept;
 
     std::vector<Scratch> scratch_;
+    std::vector<std::uint8_t> stays_;
 };
 
 }  // namespace fovea::render::extrapolation

@@ -8,7 +8,7 @@ namespace fovea::render::extrapolation {
 namespace {
 
 constexpr int kEvery = 4;              // rows of pixels: one of so many is asked
-constexpr int kEveryCoarse = 8;        // ... where cells are larger than 2 pixels, away from a gaze
+constexpr int kEveryCoarse = kTilePx;  // ... where cells are larger than 2 pixels, away from a gaze: both rows of blocks share it
 constexpr float kBelieved = 0.5f;      // of what standing still leaves, the motion may leave this part
 constexpr float kRegion = 0.4f;        // ... in a region
 constexpr int kRegion_blocks = 6;      // from a block to the rim of its region
@@ -53,7 +53,7 @@ void Judgement::resize(int width_px, int height_px, Format format, int threads) 
     down_.assign(static_cast<std::size_t>(columns_), {});
     moved_.assign(static_cast<std::size_t>(rows_), {});
     weights_.assign(blocks, {});
-    for (std::vector<double>& r : region_) r.assign(static_cast<std::size_t>(columns_ + 1) * static_cast<std::size_t>(rows_ + 1), 0.0);
+    region_.assign(static_cast<std::size_t>(columns_ + 1) * static_cast<std::size_t>(rows_ + 1), Sums{});
     believed_.assign(blocks, 0);
     strong_.assign(blocks, 0);
     arrives_.assign(blocks, 0);
@@ -127,22 +127,33 @@ void Judgement::weigh_tiles(const Job& job, int row0, int row1, const Kernels& k
         const Box& fovea = job.fovea_tiles;
         const auto layer_of = [&](int c) { return row >= fovea.y0 && row < fovea.y1 && c >= fovea.x0 && c < fovea.x1 ? &job.fovea : &job.all; };
         const int first = row * kTilePx / kBlockPx, last = std::min((row + 1) * kTilePx / kBlockPx, rows_);
+        const std::uint8_t* own_stays = job.stays + static_cast<std::ptrdiff_t>(row) * job.tiles->columns;
         Range moved{columns_, 0};
-        for (int b = first; b < last; ++b) std::fill_n(sums_.begin() + static_cast<std::ptrdiff_t>(at(0, b, columns_)), columns_, BlockSums{});
+        for (int column = 0; column < job.tiles->columns; ++column) {
+            if (own_stays[column] != 0) continue;
+            const int block0 = column * kTilePx / kBlockPx;
+            moved = {std::min(moved.begin, block0), std::min(block0 + kTilePx / kBlockPx, columns_)};
+        }
+        for (int b = first; b < last; ++b) {
+            moved_[static_cast<std::size_t>(b)] = moved;
+            if (moved.end > 0) std::fill(sums_.begin() + static_cast<std::ptrdiff_t>(at(moved.begin, b, columns_)), sums_.begin() + static_cast<std::ptrdiff_t>(at(moved.end, b, columns_)), BlockSums{});
+        }
+        if (moved.end == 0) continue;
         for (int column = 0; column < job.tiles->columns;) {
             const Gather::Layer* layer = layer_of(column);
-            const bool stays = Gather::stays(*job.tiles, *layer, column, row, h);
+            const bool stays = own_stays[column] != 0;
             int end = column + 1;
-            while (end < job.tiles->columns && layer_of(end) == layer && Gather::stays(*job.tiles, *layer, end, row, h) == stays) ++end;
+            while (end < job.tiles->columns && layer_of(end) == layer && (own_stays[end] != 0) == stays) ++end;
             const int x0 = column * kTilePx, x1 = std::min(end * kTilePx, w);
             column = end;
             if (stays) continue;
             const int block0 = x0 / kBlockPx, block1 = (x1 + kBlockPx - 1) / kBlockPx;
-            moved = {std::min(moved.begin, block0), std::max(moved.end, block1)};
-            for (int band = first; band < last; ++band) {
+            const int every = layer->cell_px > 2 ? kEveryCoarse : kEvery;
+            const int asked_px = std::max(every, kBlockPx), bands = asked_px / kBlockPx;   // rows that share what is asked
+            for (int band = first; band < last; band += bands) {
                 std::fill(s.lanes.begin() + block0, s.lanes.begin() + block1, BlockLanes{});
-                const int every = layer->cell_px > 2 ? kEveryCoarse : kEvery;
-                for (int y = band * kBlockPx + every / 2; y < std::min((band + 1) * kBlockPx, h); y += every) {
+                const int begin = band * kBlockPx, end_y = std::min(begin + asked_px, h);
+                for (int y = std::min(begin + std::min(every / 2, kBlockPx - 1), end_y - 1); y < end_y; y += every) {
                     Gather::displacement_row(*layer->displacement, layer->cell_px, y, x0, x1, kernels, dx, dy, s.row_u.data() + kExpandPad, s.row_v.data() + kExpandPad);
                     kernels.ask({dx, dy, 1 + 1 / job.step, w, h, y, x0, x1, far_dx, far_dy, s.mask.data()});
                     warp({job.far_source->pixels, job.far_source->row_bytes, w, h, y, x0, x1, far_dx, far_dy, s.far.data(), job.far_source->finite});
@@ -156,9 +167,10 @@ void Judgement::weigh_tiles(const Job& job, int row0, int row1, const Kernels& k
                     else weigh_bytes(line, kernels, s);
                 }
                 if (!floats) kernels.sum_blocks(s.lanes.data() + block0, block1 - block0, sums_.data() + at(block0, band, columns_));
+                for (int shared = band + 1; shared < std::min(band + bands, last); ++shared)
+                    std::copy_n(sums_.begin() + static_cast<std::ptrdiff_t>(at(block0, band, columns_)), block1 - block0, sums_.begin() + static_cast<std::ptrdiff_t>(at(block0, shared, columns_)));
             }
         }
-        for (int b = first; b < last; ++b) moved_[static_cast<std::size_t>(b)] = moved;
     }
 }
 
@@ -181,6 +193,7 @@ bool Judgement::decide() noexcept {
     for (int row = 0; row < rows_; ++row) {
         const Range range = active(row);
         if (range.end == 0) continue;
+        const Range& own = moved_[static_cast<std::size_t>(row)];   // beyond, sums_ is of another frame
         BlockSums* down = down_.data();   // with the blocks above and below
         std::fill_n(down, columns_, BlockSums{});
         for (int j = std::max(row - 1, 0); j <= std::min(row + 1, rows_ - 1); ++j) {
@@ -192,9 +205,12 @@ bool Judgement::decide() noexcept {
             if (column > 0) add(all, down[column - 1]);
             if (column + 1 < columns_) add(all, down[column + 1]);
             const std::size_t block = at(column, row, columns_);
+            if (all.moved == 0) {
+                weights_[block] = {};
+                continue;
+            }
             const Weight& w = weights_[block] = weight(all);
-            if (all.moved == 0) continue;
-            stands_[block] = sums_[block].moved == 0;
+            stands_[block] = column < own.begin || column >= own.end || sums_[block].moved == 0;
             believed_[block] = all.asked >= kAsked * all.moved && w.explains(kBelieved);
             arrives_[block] = all.asked < all.moved;
             doubted += 1 - believed_[block];
@@ -210,18 +226,17 @@ bool Judgement::decide() noexcept {
         box = {std::min(box.x0, range.begin), std::min(box.y0, row), std::max(box.x1, range.end), row + 1};
     }
     const int pitch = columns_ + 1;
-    for (std::vector<double>& r : region_) std::fill_n(r.begin() + static_cast<std::ptrdiff_t>(at(box.x0, box.y0, pitch)), box.x1 - box.x0 + 1, 0.0);
+    std::fill_n(region_.begin() + static_cast<std::ptrdiff_t>(at(box.x0, box.y0, pitch)), box.x1 - box.x0 + 1, Sums{});
     for (int row = box.y0; row < box.y1; ++row) {
         const Range range = active(row);
-        double line[4] = {};
-        for (int k = 0; k < 4; ++k) region_[k][at(box.x0, row + 1, pitch)] = 0;
+        Sums line{};
+        region_[at(box.x0, row + 1, pitch)] = line;
         for (int column = box.x0; column < box.x1; ++column) {
             if (column >= range.begin && column < range.end) {
                 const Weight& w = weights_[at(column, row, columns_)];
-                const float values[4] = {w.left, w.still, w.left_light, w.still_light};
-                for (int k = 0; k < 4; ++k) line[k] += static_cast<double>(values[k]);
+                line += Sums{static_cast<double>(w.left), static_cast<double>(w.still), static_cast<double>(w.left_light), static_cast<double>(w.still_light)};
             }
-            for (int k = 0; k < 4; ++k) region_[k][at(column + 1, row + 1, pitch)] = region_[k][at(column + 1, row, pitch)] + line[k];
+            region_[at(column + 1, row + 1, pitch)] = region_[at(column + 1, row, pitch)] + line;
         }
     }
     for (int row = 0; row < rows_; ++row) {
@@ -231,8 +246,9 @@ bool Judgement::decide() noexcept {
             if (believed_[block] != 0) continue;
             const int i0 = std::max(column - kRegion_blocks, box.x0), i1 = std::min(column + kRegion_blocks + 1, box.x1);
             const int j0 = std::max(row - kRegion_blocks, box.y0), j1 = std::min(row + kRegion_blocks + 1, box.y1);
+            const Sums around = region_[at(i1, j1, pitch)] - region_[at(i0, j1, pitch)] - region_[at(i1, j0, pitch)] + region_[at(i0, j0, pitch)];
             float v[4];
-            for (int k = 0; k < 4; ++k) v[k] = static_cast<float>(region_[k][at(i1, j1, pitch)] - region_[k][at(i0, j1, pitch)] - region_[k][at(i1, j0, pitch)] + region_[k][at(i0, j0, pitch)]);
+            for (int k = 0; k < 4; ++k) v[k] = static_cast<float>(around[k]);
             // 2: one that is explained well; 1: what stands still, or, for what comes into the picture and cannot be asked, its rim.
             const auto side = [&](int dx, int dy) {
                 int found = 0;

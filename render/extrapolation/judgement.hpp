@@ -27,6 +27,7 @@ public:
         const Gatherable *near_source, *far_source;
         const Image* output;
         const TileMap* tiles;
+        const std::uint8_t* stays;  // per tile, of the gather
         Gather::Layer all, fovea;   // as the gather had them
         Box fovea_tiles;
         float step;                 // of the displacement, in frame times; not 0
@@ -66,7 +67,8 @@ private:
     std::vector<BlockSums> sums_, down_;
     std::vector<Range> moved_;              // of a row of blocks: those in tiles that something moves in
     std::vector<Weight> weights_;           // of a block and those around it
-    std::vector<double> region_[4];         // the same, summed from the first block on: (columns + 1) x (rows + 1)
+    typedef double Sums __attribute__((vector_size(32)));   // left, still, left_light, still_light
+    std::vector<Sums> region_;              // of weights, summed from the first block on: (columns + 1) x (rows + 1)
     std::vector<std::uint8_t> believed_, strong_, arrives_, stands_;
     std::vector<Scratch> scratch_;
 };

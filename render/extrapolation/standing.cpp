@@ -15,6 +15,7 @@ constexpr int kBeyond_px = 4;          // that stand still as well where a stand
 constexpr float kClearly = 1.5f;       // how much more contrast at the edge than one motion further back
 constexpr float kLeast = 4.0f;         // levels of 255, over four channels, per pixel asked
 constexpr float kFewest = 8;           // pixels: fewer do not decide
+constexpr int kEveryCoarse = 2;        // rows of pixels: one of so many is asked where cells are larger than 2 pixels, away from a gaze
 
 std::size_t at(int x, int y, int width) noexcept { return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x); }
 
@@ -173,6 +174,7 @@ bool StandingRims::find(const Job& job) noexcept {
     for (int row = moved.y0; row < std::min(moved.y1, rows_); ++row)
         for (int column = moved.x0; column < std::min(moved.x1, columns_); ++column) {
             const std::size_t tile = at(column, row, columns_);
+            if (job.stays[tile] != 0) continue;
             votes_[tile] = {};
             const Gather::Layer& layer = layer_of(job, column, row);
             const int per_tile = kTilePx / layer.cell_px;
@@ -243,7 +245,8 @@ void StandingRims::vote(const Job& job, int column, int row) noexcept {
         votes.back += contrast<Channel>(shown, px, py, dx, dy, beside);
         votes.pixels += 1;
     };
-    for (int j = 1; j <= kTilePx; ++j) {
+    const int every = q > 2 ? kEveryCoarse : 1;
+    for (int j = 1; j <= kTilePx; j += every) {
         if ((j - 1) % q == 0)
             for (auto& way : known)
                 for (int i = 0; i < kTilePx >> shift; ++i) way[i].asked = false;

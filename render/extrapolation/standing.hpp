@@ -22,6 +22,7 @@ public:
         const Gatherable *near_source, *far_source;
         const Image* output;
         const TileMap* tiles;
+        const std::uint8_t* stays;  // per tile, of the gather
         Gather::Layer all, fovea;   // as the gather had them
         Box fovea_tiles;
         float step;                 // of the displacement, in frame times; not 0

@@ -90,4 +90,29 @@ TEST(ExtrapolationNever, LosesMuchOrOftenToTheLastFrameShownAgain) {
     if (std::getenv("FOVEA_EXTRAPOLATION_SEEDS") == nullptr) { EXPECT_GE(all.worst, -kMostLost_db) << all.worst_name; }
 }
 
+// The same content at the other end of the picture.
+Picture turned(const Picture& p) {
+    Picture out = p;
+    constexpr std::size_t kPixel = 4;
+    for (std::size_t i = 0; i < p.bytes.size(); i += kPixel) std::copy_n(p.bytes.end() - static_cast<std::ptrdiff_t>(i + kPixel), kPixel, out.bytes.begin() + static_cast<std::ptrdiff_t>(i));
+    return out;
+}
+
+TEST(ExtrapolationNever, DependsOnNothingThatCameBefore) {
+    for (int kind = 0; kind < static_cast<int>(case_kinds().size()); ++kind)
+        for (const std::uint32_t seed : {5u, 29u, 57u}) {
+            const MovingCase c = moving_case(kind, seed);
+            const Picture a = c.at(0), b = c.at(1);
+            Picture first(c.width, c.height, Format::rgba8), again = first;
+            const Gaze gaze{0.6f * static_cast<float>(c.width), 0.4f * static_cast<float>(c.height), 20, 48};
+            for (const Gaze* gazed : {static_cast<const Gaze*>(nullptr), &gaze}) {
+                auto fresh = fovea::test::engine(Preset::balanced), used = fovea::test::engine(Preset::balanced, 3);
+                ASSERT_EQ(fovea::test::run(fresh, a, b, first, 0.5f, {.gaze = gazed}), Outcome::ok);
+                ASSERT_EQ(fovea::test::run(used, turned(a), turned(b), again, 0.5f, {.gaze = gazed}), Outcome::ok);
+                ASSERT_EQ(fovea::test::run(used, a, b, again, 0.5f, {.gaze = gazed}), Outcome::ok);
+                EXPECT_TRUE(first == again) << c.name << (gazed != nullptr ? ", gaze" : "");
+            }
+        }
+}
+
 }  // namespace
