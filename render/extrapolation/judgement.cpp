@@ -76,7 +76,7 @@ void Judgement::resize(int width_px, int height_px, Format format, int threads) 
 // Pixels x0 to x1 - 1 of a row, from the first pixel of a block on; the four that are compared there begin at x0.
 struct Judgement::Row {
     const std::uint8_t *out, *far, *near, *then;
-    int y, x0, x1;
+    int band, x0, x1;   // of blocks
 };
 
 void Judgement::weigh_bytes(const Row& row, const Kernels& kernels, Scratch& s) const noexcept {
@@ -95,7 +95,7 @@ void Judgement::weigh_floats(const Row& row, Scratch& s) noexcept {
     for (int x = row.x0; x < row.x1; ++x) {
         const std::uint32_t mask = s.mask[static_cast<std::size_t>(x)];
         if (mask == 0) continue;
-        BlockSums& sum = sums_[at(x / kBlockPx, row.y / kBlockPx, columns_)];
+        BlockSums& sum = sums_[at(x / kBlockPx, row.band, columns_)];
         sum.moved += 1;
         if (mask >> 31 == 0) continue;
         sum.asked += 1;
@@ -153,7 +153,9 @@ void Judgement::weigh_tiles(const Job& job, int row0, int row1, const Kernels& k
             for (int band = first; band < last; band += bands) {
                 std::fill(s.lanes.begin() + block0, s.lanes.begin() + block1, BlockLanes{});
                 const int begin = band * kBlockPx, end_y = std::min(begin + asked_px, h);
-                for (int y = std::min(begin + std::min(every / 2, kBlockPx - 1), end_y - 1); y < end_y; y += every) {
+                // Where a tile has one row, those of two tiles lie at different places in them: lines may be as far apart as tiles.
+                const int offset = bands == 1 ? every / 2 : row % 2 == 0 ? every / 4 : every * 11 / 16;
+                for (int y = std::min(begin + offset, end_y - 1); y < end_y; y += every) {
                     Gather::displacement_row(*layer->displacement, layer->cell_px, y, x0, x1, kernels, dx, dy, s.row_u.data() + kExpandPad, s.row_v.data() + kExpandPad);
                     kernels.ask({dx, dy, 1 + 1 / job.step, w, h, y, x0, x1, far_dx, far_dy, s.mask.data()});
                     warp({job.far_source->pixels, job.far_source->row_bytes, w, h, y, x0, x1, far_dx, far_dy, s.far.data(), job.far_source->finite});
@@ -162,7 +164,7 @@ void Judgement::weigh_tiles(const Job& job, int row0, int row1, const Kernels& k
                         unpack_row(job.output->row(y), near.format, x0, x1 - x0, s.out.data());
                         out = s.out.data();
                     }
-                    const Row line{out, s.far.data(), job.near_source->pixels + y * job.near_source->row_bytes + x0 * pixel, job.far_source->pixels + y * job.far_source->row_bytes + x0 * pixel, y, x0, x1};
+                    const Row line{out, s.far.data(), job.near_source->pixels + y * job.near_source->row_bytes + x0 * pixel, job.far_source->pixels + y * job.far_source->row_bytes + x0 * pixel, band, x0, x1};
                     if (floats) weigh_floats(line, s);
                     else weigh_bytes(line, kernels, s);
                 }
