@@ -15,7 +15,7 @@ constexpr int kBeyond_px = 4;          // that stand still as well where a stand
 constexpr float kClearly = 1.5f;       // how much more contrast at the edge than one motion further back
 constexpr float kLeast = 4.0f;         // levels of 255, over four channels, per pixel asked
 constexpr float kFewest = 8;           // pixels: fewer do not decide
-constexpr int kEveryCoarse = 2;        // rows of pixels: one of so many is asked where cells are larger than 2 pixels, away from a gaze
+constexpr std::uint32_t kEveryOther = 0xaaaaaaaau;   // pixel along an edge is asked where cells are larger than 2 pixels, away from a gaze
 
 std::size_t at(int x, int y, int width) noexcept { return static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x); }
 
@@ -245,16 +245,17 @@ void StandingRims::vote(const Job& job, int column, int row) noexcept {
         votes.back += contrast<Channel>(shown, px, py, dx, dy, beside);
         votes.pixels += 1;
     };
-    const int every = q > 2 ? kEveryCoarse : 1;
-    for (int j = 1; j <= kTilePx; j += every) {
+    const bool coarse = q > 2;
+    const std::uint32_t columns_asked = coarse ? Mask::kOwn & kEveryOther : Mask::kOwn;
+    for (int j = 1; j <= kTilePx; ++j) {
         if ((j - 1) % q == 0)
             for (auto& way : known)
                 for (int i = 0; i < kTilePx >> shift; ++i) way[i].asked = false;
-        const std::uint32_t here = mask.same[j] & Mask::kOwn;
+        const std::uint32_t here = mask.same[j] & Mask::kOwn, across = coarse && j % 2 == 0 ? 0 : here, along = here & columns_asked;
         const struct {
             int dx, dy;
             std::uint32_t edge;   // of its pixels: the one before does not stand still
-        } ways[4] = {{1, 0, here & ~(mask.same[j] << 1)}, {-1, 0, here & ~(mask.same[j] >> 1)}, {0, 1, here & ~mask.same[j - 1]}, {0, -1, here & ~mask.same[j + 1]}};
+        } ways[4] = {{1, 0, across & ~(mask.same[j] << 1)}, {-1, 0, across & ~(mask.same[j] >> 1)}, {0, 1, along & ~mask.same[j - 1]}, {0, -1, along & ~mask.same[j + 1]}};
         for (std::uint32_t left = (ways[0].edge | ways[1].edge) | (ways[2].edge | ways[3].edge); left != 0; left &= left - 1) {
             const int i = std::countr_zero(left), x = column * kTilePx + i - 1, y = row * kTilePx + j - 1;
             for (int k = 0; k < 4; ++k)
