@@ -284,11 +284,11 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
     }
     s.gather.run(job, *s.kernels, s.pool);
     if (job.light != nullptr && s.light.find(step)) s.light.apply(output, s.pool);
-    const Judgement::Job judged{&near, &s.source, &s.far_source, &output, &s.tiles, s.gather.stays().data(), job.all, job.fovea, job.fovea_tiles, step};
+    const Gathered gathered{&near, &far, &s.source, &s.far_source, &output, &s.tiles, s.gather.stays().data(), job.all, job.fovea, job.fovea_tiles, step};
     bool doubted = false;
     if (known_cell == 0) {
         make_gatherable(far, s.far_source, s.pool);
-        doubted = s.judgement.weigh(judged, *s.kernels, s.pool);
+        doubted = s.judgement.weigh(gathered, *s.kernels, s.pool);
     }
     // With depth the projection knows the edges already.
     MotionEdges& edges = known_cell == 0 ? s.edges : s.known_edges;
@@ -297,11 +297,8 @@ Outcome Extrapolator::extrapolate(const ConstImage& src1, const ConstImage& src2
         edges.run({&near, &s.source, &s.far_source, &output, &projection->displacement(), projection->front(), cell_px, step, gaze, s.tuning.cubic}, *s.kernels, s.pool);
     }
     if (known_cell != 0) return Outcome::ok;
-    if (doubted) s.judgement.keep(judged, s.pool);
-    StandingRims::Job rims{&near, &far, &s.source, &s.far_source, &output, &s.tiles, s.gather.stays().data(), job.all, job.fovea, job.fovea_tiles, step};
-    if (s.rims.find(rims)) {
-        s.rims.run(rims);
-    }
+    if (doubted) s.judgement.keep(gathered, s.pool);
+    if (s.rims.find(gathered)) s.rims.run(gathered);
     return Outcome::ok;
 }
 

@@ -57,4 +57,20 @@ private:
     std::vector<std::uint8_t> stays_;
 };
 
+// What the steps after the gather look at and write over.
+struct Gathered {
+    const ConstImage *near, *far;
+    const Gatherable *near_source, *far_source;
+    const Image* output;
+    const TileMap* tiles;
+    const std::uint8_t* stays;   // Gather::stays()
+    Gather::Layer all, fovea;    // as the gather had them
+    Box fovea_tiles;
+    float step;                  // of the displacement, in frame times; not 0
+    [[nodiscard]] const Gather::Layer& layer_of(int column, int row) const noexcept {
+        const Box& f = fovea_tiles;
+        return row >= f.y0 && row < f.y1 && column >= f.x0 && column < f.x1 ? fovea : all;
+    }
+};
+
 }  // namespace fovea::render::extrapolation

@@ -124,8 +124,7 @@ void Judgement::weigh_tiles(const Job& job, int row0, int row1, const Kernels& k
     const auto warp = floats ? kernels.warp_float_linear : kernels.warp_rgba8_linear;
     std::int32_t *dx = s.dx.data() + kExpandPad, *dy = s.dy.data() + kExpandPad, *far_dx = s.far_dx.data() + kExpandPad, *far_dy = s.far_dy.data() + kExpandPad;
     for (int row = row0; row < row1; ++row) {
-        const Box& fovea = job.fovea_tiles;
-        const auto layer_of = [&](int c) { return row >= fovea.y0 && row < fovea.y1 && c >= fovea.x0 && c < fovea.x1 ? &job.fovea : &job.all; };
+        const auto layer_of = [&](int c) { return &job.layer_of(c, row); };
         const int first = row * kTilePx / kBlockPx, last = std::min((row + 1) * kTilePx / kBlockPx, rows_);
         const std::uint8_t* own_stays = job.stays + static_cast<std::ptrdiff_t>(row) * job.tiles->columns;
         Range moved{columns_, 0};

@@ -22,16 +22,7 @@ class Judgement {
 public:
     void resize(int width_px, int height_px, Format format, int threads);
 
-    struct Job {
-        const ConstImage* near;
-        const Gatherable *near_source, *far_source;
-        const Image* output;
-        const TileMap* tiles;
-        const std::uint8_t* stays;  // per tile, of the gather
-        Gather::Layer all, fovea;   // as the gather had them
-        Box fovea_tiles;
-        float step;                 // of the displacement, in frame times; not 0
-    };
+    using Job = Gathered;
     // Of what the gather has written, before single pixels are judged at edges. True: some blocks are not believed.
     [[nodiscard]] bool weigh(const Job& job, const Kernels& kernels, ThreadPool& pool) noexcept;
     // Blocks that are not believed repeat the nearer source.

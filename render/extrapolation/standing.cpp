@@ -131,11 +131,6 @@ void StandingRims::resize(int columns, int rows) {
     votes_.assign(candidate_.size(), {});
 }
 
-const Gather::Layer& StandingRims::layer_of(const Job& job, int column, int row) noexcept {
-    const Box& f = job.fovea_tiles;
-    return row >= f.y0 && row < f.y1 && column >= f.x0 && column < f.x1 ? job.fovea : job.all;
-}
-
 bool StandingRims::find(const Job& job) noexcept {
     if (job.tiles->still_count == 0) return false;
     // Tiles of one colour stand still for sure only where many do: the bricks of a wall that moves are of one colour too.
@@ -176,7 +171,7 @@ bool StandingRims::find(const Job& job) noexcept {
             const std::size_t tile = at(column, row, columns_);
             if (job.stays[tile] != 0) continue;
             votes_[tile] = {};
-            const Gather::Layer& layer = layer_of(job, column, row);
+            const Gather::Layer& layer = job.layer_of(column, row);
             const int per_tile = kTilePx / layer.cell_px;
             const Field& f = *layer.displacement;
             const Box& touched = layer.touched;   // beyond, all is 0
@@ -195,7 +190,7 @@ bool StandingRims::find(const Job& job) noexcept {
 template <class Channel>
 void StandingRims::vote(const Job& job, int column, int row) noexcept {
     const ConstImage &near = *job.near, &far = *job.far;
-    const Gather::Layer& layer = layer_of(job, column, row);
+    const Gather::Layer& layer = job.layer_of(column, row);
     const Field& f = *layer.displacement;
     const int w = near.width_px, h = near.height_px, q = layer.cell_px, shift = q == 2 ? 1 : q == 4 ? 2 : 3;
     Votes& votes = votes_[at(column, row, columns_)];
@@ -292,7 +287,7 @@ void StandingRims::run(const Job& job) noexcept {
 // Of a tile at a window's rim: what stands still stays, and comes along with nothing.
 void StandingRims::keep(const Job& job, int column, int row) noexcept {
     const ConstImage &near = *job.near, &far = *job.far;
-    const Gather::Layer& layer = layer_of(job, column, row);
+    const Gather::Layer& layer = job.layer_of(column, row);
     const Field& f = *layer.displacement;
     const int w = near.width_px, h = near.height_px, q = layer.cell_px, bytes = bytes_per_pixel(near.format);
     for (int y = row * kTilePx; y < std::min((row + 1) * kTilePx, h); ++y)

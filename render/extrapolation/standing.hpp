@@ -17,16 +17,7 @@ class StandingRims {
 public:
     void resize(int columns, int rows);   // tiles
 
-    struct Job {
-        const ConstImage *near, *far;
-        const Gatherable *near_source, *far_source;
-        const Image* output;
-        const TileMap* tiles;
-        const std::uint8_t* stays;  // per tile, of the gather
-        Gather::Layer all, fovea;   // as the gather had them
-        Box fovea_tiles;
-        float step;                 // of the displacement, in frame times; not 0
-    };
+    using Job = Gathered;
     // Whether any tile may hold a rim: one that moves, or is moved into, beside one that stands still.
     [[nodiscard]] bool find(const Job& job) noexcept;
     // After find(), which needs no far_source.
@@ -39,7 +30,6 @@ private:
     template <class Channel>
     void vote(const Job& job, int column, int row) noexcept;
     static void keep(const Job& job, int column, int row) noexcept;
-    static const Gather::Layer& layer_of(const Job& job, int column, int row) noexcept;
 
     int columns_ = 0, rows_ = 0;
     std::vector<std::uint8_t> candidate_, sure_;   // per tile; sure: stands still, with all tiles around it
