@@ -75,4 +75,20 @@ TEST(ExtrapolationWindow, TheFrameStandsAroundAGazeToo) {
     }
 }
 
+// There the cells are larger, and half as many pixels along each edge are asked.
+TEST(ExtrapolationWindow, TheFrameNearlyStandsAwayFromAGaze) {
+    constexpr int kMostOff = 250;   // pixels; 2000 where no edge is asked
+    const Gaze gaze{8, 8, 8, 24};
+    for (const float speed : {3.0f, 5.3f, 9.0f})
+        for (const auto& way : kWays) {
+            const Scene s{61, 55, 125, 119, false, false, speed * way[0], speed * way[1]};
+            const Picture a = at_time(s, 0), b = at_time(s, 1), truth = at_time(s, 1.5f);
+            Picture out(kSize, kSize, Format::rgba8);
+            auto e = engine();
+            ASSERT_EQ(run(e, a, b, out, 0.5f, {.gaze = &gaze}), Outcome::ok);
+            EXPECT_LE(pixels_of_frame_off(out, b, s), kMostOff) << s.u << " " << s.v;
+            EXPECT_GE(psnr(out, truth), psnr(b, truth)) << s.u << " " << s.v;
+        }
+}
+
 }  // namespace
