@@ -37,6 +37,38 @@ inline constexpr FormatRow kRows[] = {{Format::rgba8, GL_RGBA8, GL_RGBA, GL_UNSI
                                {Format::rgb32f, GL_RGB32F, GL_RGB, GL_FLOAT}};
 inline const FormatRow& row_of(Format f) { return kRows[static_cast<int>(f)]; }
 
+// How far the red of two pictures that were read back is apart, without their rims; floats of 32 bits.
+inline double red_off(const Picture& p, const Picture& q) {
+    constexpr int kRim = 10;
+    double sum = 0;
+    for (int y = kRim; y < p.height - kRim; ++y)
+        for (int x = kRim; x < p.width - kRim; ++x) {
+            float u = 0, v = 0;
+            if (is_float(p.format)) {
+                std::memcpy(&u, p.at(x, y), 4);
+                std::memcpy(&v, q.at(x, y), 4);
+            } else {
+                u = static_cast<float>(std::to_integer<int>(*p.at(x, y)));
+                v = static_cast<float>(std::to_integer<int>(*q.at(x, y)));
+            }
+            sum += std::fabs(static_cast<double>(u - v));
+        }
+    return sum;
+}
+
+// A program of two shaders, not linked yet.
+inline GLuint program_of(const char* vertex, const char* fragment) {
+    const GLuint program = gl().CreateProgram();
+    for (const auto& [kind, source] : {std::pair{GL_VERTEX_SHADER, vertex}, std::pair{GL_FRAGMENT_SHADER, fragment}}) {
+        const GLuint s = gl().CreateShader(static_cast<GLenum>(kind));
+        gl().ShaderSource(s, 1, &source, nullptr);
+        gl().CompileShader(s);
+        gl().AttachShader(program, s);
+        gl().DeleteShader(s);
+    }
+    return program;
+}
+
 class ExtrapolationGl : public testing::Test {
 protected:
     struct Side {

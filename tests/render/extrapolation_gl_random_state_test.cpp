@@ -208,14 +208,7 @@ TEST_F(ExtrapolationGlRandomState, ADeletedProgramInUseStaysInUse) {
     const Picture a = moved_noise(48, 40, Format::rgba8, 0, 0), b = moved_noise(48, 40, Format::rgba8, 2, 1);
     const GLuint src1 = texture(a), src2 = texture(b), out = texture(a);
     for (auto& [k, e] : sides_) {
-        const GLuint program = gl().CreateProgram();
-        for (const auto& [kind, source] : {std::pair{GL_VERTEX_SHADER, vertex}, std::pair{GL_FRAGMENT_SHADER, fragment}}) {
-            const GLuint s = gl().CreateShader(static_cast<GLenum>(kind));
-            gl().ShaderSource(s, 1, &source, nullptr);
-            gl().CompileShader(s);
-            gl().AttachShader(program, s);
-            gl().DeleteShader(s);
-        }
+        const GLuint program = program_of(vertex, fragment);
         gl().LinkProgram(program);
         gl().UseProgram(program);
         gl().DeleteProgram(program);

@@ -134,14 +134,7 @@ TEST_F(ExtrapolationGlState, CreationAndDestructionLeaveItAsItWas) {
 TEST_F(ExtrapolationGlState, ActiveTransformFeedbackIsPausedAndGoesOn) {
     const char* const vertex = "#version 310 es\nout float v;\nvoid main() { v = 7.0; gl_Position = vec4(0); }";
     const char* const fragment = "#version 310 es\nvoid main() {}";
-    const GLuint program = gl().CreateProgram();
-    for (const auto& [kind, source] : {std::pair{GL_VERTEX_SHADER, vertex}, std::pair{GL_FRAGMENT_SHADER, fragment}}) {
-        const GLuint s = gl().CreateShader(static_cast<GLenum>(kind));
-        gl().ShaderSource(s, 1, &source, nullptr);
-        gl().CompileShader(s);
-        gl().AttachShader(program, s);
-        gl().DeleteShader(s);
-    }
+    const GLuint program = program_of(vertex, fragment);
     const char* const captured = "v";
     FOVEA_PROC(TRANSFORMFEEDBACKVARYINGS, TransformFeedbackVaryings)(program, 1, &captured, GL_INTERLEAVED_ATTRIBS);
     gl().LinkProgram(program);

@@ -71,22 +71,6 @@ protected:
         EXPECT_TRUE(reader != nullptr && reader->read(t, like.width, like.height, result.bytes.data()));
         return result;
     }
-    static double red_off(const Picture& p, const Picture& q) {
-        double sum = 0;
-        for (int y = 10; y < p.height - 10; ++y)
-            for (int x = 10; x < p.width - 10; ++x) {
-                float u = 0, v = 0;
-                if (is_float(p.format)) {
-                    std::memcpy(&u, p.at(x, y), 4);
-                    std::memcpy(&v, q.at(x, y), 4);
-                } else {
-                    u = static_cast<float>(std::to_integer<int>(*p.at(x, y)));
-                    v = static_cast<float>(std::to_integer<int>(*q.at(x, y)));
-                }
-                sum += std::fabs(static_cast<double>(u - v));
-            }
-        return sum;
-    }
     GLuint named() {
         GLuint t = 0;
         gl().GenTextures(1, &t);
