@@ -276,6 +276,7 @@ TEST_F(FrameExtrapolationAmong, ContextsOfOneShareGroupAndAnyVersionTakeTheSameT
         // Which side the probe chose for each context may differ, and then their pictures do, a little.
         glBindTexture(GL_TEXTURE_2D, other_out);
         upload(kTable[0], 20);
+        glFinish();   // what one context has changed is another's only when it is done
     }
     EXPECT_EQ(red(out), wanted) << "the first context's output is its own";
 }
