@@ -10,7 +10,7 @@
 // picture, and nothing can match.
 // Source: measured on the pictures of tests/render/extrapolation_cases.hpp and the scenes of `fovea tradeoff extrapolation`.
 // Input/Output: the output is gathered already; blocks that are not believed are written over.
-// Cost: a linear gather of every second row, and a pass over it.
+// Cost: a linear gather of every fourth row, away from a gaze of one row of a tile, and a pass over it.
 // Threads: weigh() and keep() use the pool; no bit depends on it.
 #pragma once
 
